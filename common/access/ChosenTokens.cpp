@@ -17,7 +17,7 @@ constexpr const char* kFile = "chosen-tokens";
 constexpr std::string_view kLastLine = "end", kHasEnded = "ended";
 constexpr std::size_t kHashDigits = 64, kServerDigits = 16;
 
-/// What a token serves for.
+/// The server and the protection that a token serves.
 struct TokenUse {
     std::string server;      ///< `nameOf`
     std::string protection;  ///< `WallProtection::text`

@@ -43,8 +43,8 @@ struct ConvexCache {
     VertexPair last;        ///< farthest vertices asked for last
 };
 
-/// kUnknown where the work was exhausted, and for maps that are not finite or lead out of the range of exact
-/// arithmetic.
+/// kUnknown where the work was exhausted, and for maps that lead to numbers that are not finite. The answer is exact
+/// for A's vertices and B's mapped vertices.
 [[nodiscard]] Touch hullsTouching(const ConvexHull& a, const ConvexHull& b, const Affine3d& a_T_b, ConvexWork& work,
                                   ConvexCache* cache = nullptr);
 

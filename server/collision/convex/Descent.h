@@ -10,7 +10,7 @@ namespace tessera {
 enum class DescentEnd : std::uint8_t {
     kApart,    ///< a plane lies between the hulls; with `nearest`: and the simplex is the nearest one, to rounding
     kMeet,     ///< the origin is in the simplex, or (from exact arithmetic) in what it is a part of
-    kUnknown,  ///< exhausted, not finite, or out of the range of exact arithmetic; `lowerBound` still holds
+    kUnknown,  ///< exhausted, or not finite; `lowerBound` still holds
 };
 
 struct DescentResult {

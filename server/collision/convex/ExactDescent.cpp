@@ -19,7 +19,7 @@ namespace {
 using exact::Sum;
 using Whole = boost::multiprecision::cpp_int;
 
-/// What a coordinate is measured in: a power of two, of which all are multiples.
+/// A power of two. All coordinates are multiples of it.
 struct Unit {
     int exponent = 0;
 };
@@ -37,7 +37,7 @@ Whole numberOf(double value, Unit unit) {
     constexpr int kBits = std::numeric_limits<double>::digits;
     Whole whole = static_cast<std::int64_t>(std::ldexp(share, kBits));
     const int shift = exponent - kBits - unit.exponent;
-    // Of a number whose lowest bits are zeros, and of zero, bits may lie below the unit.
+    // Bits of a number below the unit are zeros.
     if (shift >= 0) return whole << shift;
     return whole / (Whole(1) << -shift);
 }
@@ -280,7 +280,7 @@ private:
 ExactDescent descendExactly(std::span<const Vec3d> a, std::span<const Vec3d> b, std::span<const VertexPair> hints,
                             bool nearest) {
     const Reach reach = reachOf(a, b);
-    // Of all that is computed, heights are of the highest degree.
+    // Heights are of the highest degree of all that is computed.
     constexpr int kDegree = 8,
                   kLeastBit = std::numeric_limits<double>::min_exponent - std::numeric_limits<double>::digits;
     const bool sums = kDegree * (reach.bottom - reach.top) > kLeastBit;

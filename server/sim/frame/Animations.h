@@ -73,8 +73,8 @@ public:
     /// Adds to the wishes what they want of Transforms, and applies what they want of everything else. One whose value
     /// the scene refuses is paused.
     void want(ActorStage& stage);
-    /// Lets the time of all that was not stopped go on. What was stopped has the values of the time where it stands. An
-    /// animation that is paused in this frame keeps the time of the picture that it has just made.
+    /// Lets the time of all that was not stopped go on. An animation that was stopped has the values of its time. One
+    /// that is paused in this frame keeps the time of the picture that it has just made.
     void hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list);
     void appendDrivers(const ChangeList& list, std::vector<Actor::Driver>& drivers) const;
 
@@ -95,7 +95,7 @@ private:
         double last = 0;
         std::vector<std::pair<ObjectId, FieldId>> driven;  ///< while it plays: where it stands in byTarget_
     };
-    /// Of everything but Transforms: what is as it was shown at `now`, as it is to be at `time`.
+    /// Sets everything but Transforms as it is shown at `time`, where it is as it was shown at `now`.
     void setValues(const Aspect& scene, ObjectId id, double time, double now, ChangeListBuilder& list) const;
     void lookAtFrames(const Aspect& scene, ObjectId id);
     void lookAt(const Aspect& scene, ObjectId id);

@@ -20,7 +20,7 @@ struct LogName {
 
 /// How far a journal goes.
 struct JournalEnd {
-    /// What is there for certain of the log.
+    /// The part of the log that is there for certain.
     struct Extent {
         std::uint64_t opening = 0;  ///< hash of its opening; 0: there is no log
         std::uint64_t written = 0;  ///< bytes, while the machine runs on

@@ -37,11 +37,22 @@ std::set<std::string> touching(const StepResult& result, bool whereTheyStand) {
     return out;
 }
 
-/// What is in `those`, and not in `others`.
+/// Returns all of `those` that is not in `others`.
 std::string without(const std::set<std::string>& those, const std::set<std::string>& others) {
     std::vector<std::string> left;
     std::ranges::set_difference(those, others, std::back_inserter(left));
     return fmt::format("{}", fmt::join(left, ", "));
+}
+
+/// Contacts where all stands are those that a pipeline finds which sees the scene for the first time.
+void expectContactsOfANewPipeline(Bin& bin) {
+    const StepResult now = bin.simulation().step(true, {}).collision;
+    CollisionPipeline pipeline(bin.limits());
+    pipeline.sceneChanged(bin.scene(), nullptr);
+    const StepResult fresh = pipeline.step(bin.scene(), {}, {}, 0);
+    EXPECT_EQ(now.counters.contactsLeftOut + fresh.counters.contactsLeftOut, 0u);
+    EXPECT_EQ(without(touching(fresh, true), touching(now, false)), "") << "touch in a pipeline that is new to them";
+    EXPECT_EQ(without(touching(now, true), touching(fresh, true)), "") << "do not touch in a new pipeline";
 }
 
 /// Runs of 1000 random edits. Some have a twin of two threads, some a twin that looks at all bodies anew in every
@@ -71,14 +82,7 @@ TEST(Bin, LivesThroughRandomEditsInAllPairsOfStates) {
             asleep += mine.collision.counters.asleep > 5;
             ++frames;
         }
-        const StepResult now = bin.simulation().step(true, {}).collision;
-        CollisionPipeline pipeline(bin.limits());
-        pipeline.sceneChanged(bin.scene(), nullptr);
-        const StepResult fresh = pipeline.step(bin.scene(), {}, {}, 0);
-        EXPECT_EQ(now.counters.contactsLeftOut + fresh.counters.contactsLeftOut, 0u);
-        EXPECT_EQ(without(touching(fresh, true), touching(now, false)), "")
-            << "touch in a pipeline that is new to them";
-        EXPECT_EQ(without(touching(now, true), touching(fresh, true)), "") << "do not touch in a new pipeline";
+        expectContactsOfANewPipeline(bin);
         edits += bin.edits();
         refused += bin.refused();
         for (const auto& [pair, count] : bin.meetings()) meetings[pair] += count;
@@ -92,6 +96,14 @@ TEST(Bin, LivesThroughRandomEditsInAllPairsOfStates) {
     EXPECT_LT(3 * refused, edits) << "edits must be made for this to say anything: " << refused << " of " << edits;
     EXPECT_GT(20 * asleep, frames) << "frames in which bodies sleep";
     EXPECT_GE(meetings.size() + 4, kBodyStates * (kBodyStates + 1) / 2) << "pairs of states";
+}
+
+/// In this run motions are stopped at their very end, far from where their bodies stay.
+TEST(Bin, WhatStoppedAMotionAtItsEndIsNoContactWhereThingsStand) {
+    Random random(191);
+    Bin bin(random());
+    while (bin.edits() < kEditsOfARun && !testing::Test::HasFailure()) (void)bin.next();
+    expectContactsOfANewPipeline(bin);
 }
 
 }  // namespace

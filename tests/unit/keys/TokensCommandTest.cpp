@@ -142,7 +142,7 @@ TEST_F(LinksCommand, TokensThatPeopleChoseEndForGood) {
     EXPECT_EQ(run({"revoke", "--links"}).code, 0);
     std::filesystem::remove_all(runFolder());
     EXPECT_FALSE(serves(other, {}));
-    // What nobody can read ends nothing silently. Links end all the same.
+    // A file that nobody can read is named. Links end all the same.
     const std::string mark = markIn(keys_);
     std::ofstream(keys_ + "/chosen-tokens", std::ios::trunc) << "rubbish";
     EXPECT_TRUE(contains(refusal(3, {"revoke", "--links"}), "chosen-tokens:1: is damaged"));
