@@ -58,7 +58,7 @@ Expected<TileStats> HostTile::drawScene(const TileSources& from, const ScreenCam
     painted_ = std::move(*painted);
     still_ = painted_.again && painted_.cull == Duration::zero();
     drawn_ = painted_.picture;
-    const TimePoint painting = clockNow();
+    const TimePoint painting = from.queue.now();
     handOver(frame, painted_.again);
     return TileStats{.tile = tile_.name,
                      .cullMs = toMilliseconds(painted_.cull),
@@ -69,7 +69,7 @@ Expected<TileStats> HostTile::drawScene(const TileSources& from, const ScreenCam
                      .queries = painted_.counts.queries,
                      .waits = painted_.counts.waits,
                      .depthTriangles = painted_.counts.depthTriangles,
-                     .handOverMs = toMilliseconds(readBack + (file_ ? clockNow() - painting : Duration::zero())),
+                     .handOverMs = toMilliseconds(readBack + (file_ ? from.queue.now() - painting : Duration::zero())),
                      .cullQueuedMs = toMilliseconds(painted_.cullQueued),
                      .drawQueuedMs = toMilliseconds(painted_.drawQueued),
                      .parts = parts.parts,
@@ -77,11 +77,12 @@ Expected<TileStats> HostTile::drawScene(const TileSources& from, const ScreenCam
                      .partsTwice = parts.twice};
 }
 
-Expected<TileStats> HostTile::drawTestPicture(const Wall& wall, Showing showing, FrameNumber frame) {
+Expected<TileStats> HostTile::drawTestPicture(const Wall& wall, Showing showing, FrameNumber frame,
+                                              const ProcessorQueue& queue) {
     if (auto ready = openFile(); !ready) return tl::unexpected(ready.error());
     const bool counts = showing == Showing::kCountedTestPicture;
     const bool again = test_ && !counts && !testCounts_;
-    const TimePoint begin = clockNow();
+    const TimePoint begin = queue.now();
     if (!again)
         test_ = std::make_shared<const Picture>(
             testPicture(wall, tile_, {.frame = counts ? std::optional(frame.value) : std::nullopt}));
@@ -89,10 +90,10 @@ Expected<TileStats> HostTile::drawTestPicture(const Wall& wall, Showing showing,
     still_ = again;
     light_.reset();
     drawn_ = test_;
-    const TimePoint drawn = clockNow();
+    const TimePoint drawn = queue.now();
     handOver(frame, again);
     return TileStats{
-        .tile = tile_.name, .drawMs = toMilliseconds(drawn - begin), .handOverMs = toMilliseconds(clockNow() - drawn)};
+        .tile = tile_.name, .drawMs = toMilliseconds(drawn - begin), .handOverMs = toMilliseconds(queue.now() - drawn)};
 }
 
 void HostTile::drawAgain(FrameNumber frame) {

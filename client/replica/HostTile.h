@@ -44,7 +44,8 @@ public:
     /// Errors are the renderer's, and those of the file.
     [[nodiscard]] Expected<TileStats> drawScene(const TileSources& from, const ScreenCamera& camera, FrameNumber frame);
     /// Once, and again only where it counts frames.
-    [[nodiscard]] Expected<TileStats> drawTestPicture(const Wall& wall, Showing showing, FrameNumber frame);
+    [[nodiscard]] Expected<TileStats> drawTestPicture(const Wall& wall, Showing showing, FrameNumber frame,
+                                                      const ProcessorQueue& queue);
     /// Of a host without a surface, which has no pictures.
     [[nodiscard]] TileStats drawNothing();
     /// The picture before, which is this frame's, too.

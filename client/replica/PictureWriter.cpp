@@ -6,7 +6,7 @@
 
 namespace tessera {
 
-PictureWriter::PictureWriter(Log& log) : log_(log), thread_([this] { run(); }) {}
+PictureWriter::PictureWriter(Log& log, const MakeLane& lane) : log_(log), lane_(lane({})) {}
 
 PictureWriter::~PictureWriter() {
     (void)finish();
@@ -27,7 +27,7 @@ void PictureWriter::writePng(std::string path, std::shared_ptr<const Picture> pi
         }
     });
     open_.push_back(openOf(job));
-    jobs_.push(std::move(job));
+    add(std::move(job), Wait::kForRoom);
 }
 
 bool PictureWriter::encodePng(std::shared_ptr<const Picture> picture, std::uint64_t frame,
@@ -38,7 +38,7 @@ bool PictureWriter::encodePng(std::shared_ptr<const Picture> picture, std::uint6
     if (same != open_.end() && same->wanted->tryPush(done)) return true;
     Job job = jobOf(std::move(picture), frame, std::move(done));
     Open open = openOf(job);
-    if (!jobs_.tryPush(std::move(job))) return false;
+    if (!add(std::move(job), Wait::kNo)) return false;
     open_.push_back(std::move(open));
     return true;
 }
@@ -46,24 +46,30 @@ bool PictureWriter::encodePng(std::shared_ptr<const Picture> picture, std::uint6
 bool PictureWriter::encodeJpeg(Picture picture, int quality, std::function<void(SharedBytes)> done) {
     Job job = jobOf(std::make_shared<const Picture>(std::move(picture)), 0, std::move(done));
     job.jpegQuality = quality;
-    return jobs_.tryPush(std::move(job));
+    return add(std::move(job), Wait::kNo);
+}
+
+bool PictureWriter::add(Job job, Wait wait) {
+    if (!(wait == Wait::kForRoom ? waiting_.push(0) : waiting_.tryPush(0))) return false;
+    lane_->post([this, job = std::make_shared<Job>(std::move(job))] {
+        (void)waiting_.tryPop();
+        encode(*job);
+    });
+    return true;
 }
 
 bool PictureWriter::finish() {
-    jobs_.close();
-    if (thread_.joinable()) thread_.join();
+    lane_->finish();
     return allWritten_;
 }
 
-void PictureWriter::run() {
-    while (std::optional<Job> job = jobs_.pop()) {
-        const SharedBytes encoded = share(job->jpegQuality ? tessera::encodeJpeg(*job->picture, *job->jpegQuality)
-                                                           : tessera::encodePng(*job->picture, job->frame));
-        // Whoever asked meanwhile is told, too; whoever comes now has another one.
-        job->picture.reset();
-        job->wanted->close();
-        while (const auto done = job->wanted->tryPop()) (*done)(encoded);
-    }
+void PictureWriter::encode(Job& job) {
+    const SharedBytes encoded = share(job.jpegQuality ? tessera::encodeJpeg(*job.picture, *job.jpegQuality)
+                                                      : tessera::encodePng(*job.picture, job.frame));
+    // Whoever asked meanwhile is told, too; whoever comes now has another one.
+    job.picture.reset();
+    job.wanted->close();
+    while (const auto done = job.wanted->tryPop()) (*done)(encoded);
 }
 
 }  // namespace tessera

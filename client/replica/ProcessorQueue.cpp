@@ -8,7 +8,8 @@
 
 namespace tessera {
 
-ProcessorQueue::ProcessorQueue() : file_(::open("/proc/thread-self/schedstat", O_RDONLY | O_CLOEXEC)) {}
+ProcessorQueue::ProcessorQueue(const TimeSource& time)
+    : time_(time), file_(&time == &machineTime() ? ::open("/proc/thread-self/schedstat", O_RDONLY | O_CLOEXEC) : -1) {}
 
 ProcessorQueue::~ProcessorQueue() {
     if (file_ >= 0) ::close(file_);

@@ -21,7 +21,8 @@ RenderHost::RenderHost(RenderHostOptions options, Surface* surface, const BlobSt
       blobs_(blobs),
       log_(log),
       report_(std::move(report)),
-      writer_(std::make_unique<PictureWriter>(log)),
+      queue_(*options_.time),
+      writer_(std::make_unique<PictureWriter>(log, options_.lane)),
       warnings_(log) {}
 
 RenderHost::~RenderHost() = default;
@@ -33,16 +34,17 @@ Expected<std::uint64_t> RenderHost::probe() {
     auto renderer = createRenderer();
     if (!renderer) return tl::unexpected(renderer.error());
     renderer_ = std::move(*renderer);
-    const TimePoint begin = clockNow();
+    const TimePoint begin = queue_.now();
     auto probe = renderer_->pixelProbe();
     constexpr int kProgramsOfTheProbe = 16;  // about
-    programTakes_ = (clockNow() - begin) / kProgramsOfTheProbe;
+    programTakes_ = (queue_.now() - begin) / kProgramsOfTheProbe;
     if (probe) probe_ = *probe;
     return probe;
 }
 
 Expected<std::unique_ptr<Renderer>> RenderHost::createRenderer() const {
     return Renderer::create(*surface_, {.samples = samples_,
+                                        .time = options_.time,
                                         .memoryBytes = options_.glMemoryBytes,
                                         .anisotropy = options_.anisotropy,
                                         .onStep = options_.onStep});
@@ -64,11 +66,11 @@ bool RenderHost::workAhead(TimePoint now) {
     const bool starves = still_ && now >= lastSlice_ + kLongestWithoutSlice;
     if (othersMayFlipHere() && now < flippedBy_.load() && !starves) return true;
     if (now < nextAhead_ && options_.sharing && options_.sharing->neighboursDraw()) return true;
-    const TimePoint begin = clockNow();
+    const TimePoint begin = queue_.now();
     const std::uint64_t programs = renderer_->programChanges();
     const bool more = aheadSlice();
     restOnlyWith(programs);  // a program may have been refused
-    const TimePoint end = clockNow();
+    const TimePoint end = queue_.now();
     nextAhead_ = end + kPausesAhead * (end - begin);
     lastSlice_ = now;
     return more;
@@ -77,7 +79,7 @@ bool RenderHost::workAhead(TimePoint now) {
 /// Where each frame is drawn and the next one begins at once there is no other time. Those who are waited for have
 /// shown the frame before.
 void RenderHost::uploadWhereNoTimeIsLeft() {
-    const TimePoint now = clockNow();
+    const TimePoint now = queue_.now();
     if (!renderer_ || now < lastSlice_ + kLongestWithoutSlice) return;
     (void)uploadSlice();
     lastSlice_ = now;
@@ -89,9 +91,9 @@ bool RenderHost::aheadSlice() {
 
 bool RenderHost::programSlice() {
     if (!still_ && programTakes_ >= options_.shortProgram) return false;
-    const TimePoint begin = clockNow();
+    const TimePoint begin = queue_.now();
     if (!renderer_->prepare()) return false;
-    programTakes_ = std::max<Duration>(clockNow() - begin, programTakes_ * 3 / 4);
+    programTakes_ = std::max<Duration>(queue_.now() - begin, programTakes_ * 3 / 4);
     return true;
 }
 
@@ -124,7 +126,7 @@ std::optional<Outcome> RenderHost::shownAgain(const Work& work) {
     // The disk may be behind with the pictures that are kept; who waits for an image gets it from the draw thread.
     if (options_.keepFrames || !waitingImages_.empty()) return std::nullopt;
     for (const auto& tile : tiles_) tile->show();
-    flippedBy_ = clockNow() + kFlipsTake;
+    flippedBy_ = queue_.now() + kFlipsTake;
     return Outcome{work.attempt, outcome::Noted{}};
 }
 
@@ -164,7 +166,7 @@ bool RenderHost::on(const work::Help&) {
 /// As long as nothing else is to be done: a part that is under way then is left.
 void RenderHost::helpNeighbours() {
     if (!options_.sharing || !renderer_) return;
-    const TimePoint before = clockNow();
+    const TimePoint before = queue_.now();
     std::uint64_t helped = 0;
     const std::uint64_t programs = renderer_->programChanges();
     const auto wantedHere = [this] { return options_.workWaits && options_.workWaits(); };
@@ -172,7 +174,7 @@ void RenderHost::helpNeighbours() {
     restOnlyWith(programs);  // one may have been left out for a neighbour's part
     if (helped == 0) return;
     helped_ += helped;
-    helping_ += clockNow() - before;
+    helping_ += queue_.now() - before;
 }
 
 /// Where persons' programs are drawn otherwise since then, own tiles may show them as before, or their shadows.
@@ -275,7 +277,7 @@ void RenderHost::follow(const ChangeList* list) {
 
 bool RenderHost::on(const work::Draw& draw) {
     const FrameNumber frame = draw.begin.frame;
-    const TimePoint begun = clockNow();
+    const TimePoint begun = queue_.now();
     uploadWhereNoTimeIsLeft();
     injectBefore(frame);
     if (options_.injection.at(Injection::Kind::kDrawFail, frame.value))
@@ -286,14 +288,14 @@ bool RenderHost::on(const work::Draw& draw) {
         return true;
     }
     HostStats stats;
-    const TimePoint applying = clockNow();
+    const TimePoint applying = queue_.now();
     const Duration queuedBefore = queue_.waited();
     if (auto applied = applyList(*draw.begin.list); !applied) {
         tell(outcome::ApplyFailed{fmt::format("frame {}: {}", frame.value, applied.error().message)});
         return true;
     }
     sequence_ = draw.begin.list->sequence;
-    stats.applyMs = toMilliseconds(clockNow() - applying);
+    stats.applyMs = toMilliseconds(queue_.now() - applying);
     stats.applyQueuedMs = toMilliseconds(queue_.waited() - queuedBefore);
     stats.helpedParts = std::exchange(helped_, 0);
     stats.helpMs = toMilliseconds(std::exchange(helping_, Duration::zero()));
@@ -319,7 +321,7 @@ bool RenderHost::on(const work::Draw& draw) {
         warnings_.tell(frame, aspect_, painted, scene_.undrawn(), heldUp);
     }
     if (shares) options_.sharing->end();
-    stats.workMs = toMilliseconds(clockNow() - begun);
+    stats.workMs = toMilliseconds(queue_.now() - begun);
     const ByteSlice encoded = encodeStats(stats);
     if (!draw.begin.list->changed() && stats.helpedParts == 0 &&
         std::ranges::all_of(tiles_, [](const auto& tile) { return tile->still(); }))
@@ -332,7 +334,7 @@ bool RenderHost::on(const work::Draw& draw) {
 
 Expected<TileStats> RenderHost::drawTile(HostTile& tile, const FramePayload& payload, FrameNumber frame) {
     if (!surface_) return tile.drawNothing();
-    if (payload.showing != Showing::kScene) return tile.drawTestPicture(wall_, payload.showing, frame);
+    if (payload.showing != Showing::kScene) return tile.drawTestPicture(wall_, payload.showing, frame, queue_);
     const ScreenCamera camera = tileCamera(wall_, tile.tile(), payload.view);
     eye_ = camera.eyeWorld;
     return tile.drawScene({.wall = wall_,
@@ -345,7 +347,7 @@ Expected<TileStats> RenderHost::drawTile(HostTile& tile, const FramePayload& pay
 }
 
 bool RenderHost::on(const work::Shown& shown) {
-    flippedBy_ = clockNow() + kFlipsTake;
+    flippedBy_ = queue_.now() + kFlipsTake;
     for (const auto& tile : tiles_)
         if (tile->show() && options_.keepFrames && !options_.output.empty())
             writer_->writePng(tile->pngPath(), tile->shown(), tile->shownFrame().value);

@@ -41,6 +41,8 @@ struct RenderHostOptions {
     std::function<void()> onStep = {};
     /// What takes less to compile is made ahead of need on a wall in motion, too.
     Duration shortProgram = std::chrono::milliseconds(20);
+    const TimeSource* time = &machineTime();
+    MakeLane lane = LaneThreads::make;  ///< for pictures that are encoded
 };
 
 /// Applies and draws, one piece of work at a time. Lives on the thread of its surface. Knows no socket and no session:

@@ -34,28 +34,38 @@ ServerLink::ServerLink(ServerLinkOptions options, BlobShelf& blobs, DiskCache* c
     // Where this one is away, that thread wakes it.
     if (options_.ahead) limits.onThread = [] { (void)tessera::askToRunAhead(Urgency::kShowing); };
     transport_ =
-        std::make_unique<Transport>(std::move(limits), [this](LinkEvent event) { events_.push(std::move(event)); });
+        options_.platform.transport(std::move(limits), [this](LinkEvent event) { events_.push(std::move(event)); });
 }
 
 HostEnd ServerLink::run() {
+    begin();
+    while (!over()) turn();
+    return finish();
+}
+
+void ServerLink::begin() {
     if (options_.ahead) askToRunAhead();
     dial();
-    while (!end_ || !drawThreadEnded_) {
-        const Duration idle = std::clamp<Duration>(nextDeadline() - clockNow(), 0ns, 1s);
-        if (auto event = nextEvent(idle)) std::visit([this](auto&& e) { on(std::move(e)); }, std::move(*event));
-        for (; !doneHere_.empty(); doneHere_.pop_front()) on(Outcome(std::move(doneHere_.front())));
-        const TimePoint now = clockNow();
-        if (session_ && now >= session_->nextDeadline()) carryOut(session_->advance(now));
-        if (dialAt_ && now >= *dialAt_) dial();
-        if (arrays_) arrays_->step(now);
-        sendInput(now);
-        tellService(now);
-        if (end_ && now >= giveUpAt_) {
-            log_.error("the draw thread does not finish; giving it up");
-            end_ = HostEnd{.error = {ErrorCode::kFailed, "the draw thread did not finish"}};
-            break;
-        }
+}
+
+void ServerLink::turn() {
+    const Duration idle = std::clamp<Duration>(nextDeadline() - options_.platform.now(), 0ns, 1s);
+    if (auto event = nextEvent(idle)) std::visit([this](auto&& e) { on(std::move(e)); }, std::move(*event));
+    for (; !doneHere_.empty(); doneHere_.pop_front()) on(Outcome(std::move(doneHere_.front())));
+    const TimePoint now = options_.platform.now();
+    if (session_ && now >= session_->nextDeadline()) carryOut(session_->advance(now));
+    if (dialAt_ && now >= *dialAt_) dial();
+    if (arrays_) arrays_->step(now);
+    sendInput(now);
+    tellService(now);
+    if (end_ && now >= giveUpAt_ && !drawThreadEnded_) {
+        log_.error("the draw thread does not finish; giving it up");
+        end_ = HostEnd{.error = {ErrorCode::kFailed, "the draw thread did not finish"}};
+        givenUp_ = true;
     }
+}
+
+HostEnd ServerLink::finish() {
     // The transport's thread may wait for room in the channel.
     events_.close();
     transport_->end();
@@ -94,7 +104,7 @@ void ServerLink::tell(Outcome outcome) {
 std::optional<ServerLink::Event> ServerLink::nextEvent(Duration wait) {
     std::optional<Event> event = events_.tryPop();
     if (event || wait <= Duration::zero()) return event;
-    return transport_->attend(clockNow() + wait) ? events_.tryPop() : events_.popFor(wait);
+    return transport_->attend(options_.platform.now() + wait) ? events_.tryPop() : events_.popFor(wait);
 }
 
 TimePoint ServerLink::nextDeadline() const {
@@ -104,25 +114,25 @@ TimePoint ServerLink::nextDeadline() const {
     if (arrays_) next = std::min(next, arrays_->nextStep());
     if (welcomed_ && !unsaid_.empty()) next = std::min(next, inputSaidAt_ + options_.inputEvery);
     if (end_) next = std::min(next, giveUpAt_);
-    return next == TimePoint::max() ? clockNow() + 1s : next;
+    return next == TimePoint::max() ? options_.platform.now() + 1s : next;
 }
 
 void ServerLink::dial() {
     dialAt_.reset();
     ++attempt_.value;
-    session_ =
-        std::make_unique<ClientSession>(ClientSessionConfig{.name = options_.name,
-                                                            .role = PeerRole::kHost,
-                                                            .schema = schemaHash(),
-                                                            .pixelProbe = options_.pixelProbe,
-                                                            .seenEpoch = seenEpoch_,
-                                                            .machine = options_.machine,
-                                                            .board = options_.board,
-                                                            .access = options_.access,
-                                                            .openContent = decodeSnapshot,
-                                                            .elsewhere = elsewhere(),
-                                                            .place = place(),
-                                                            .firstShare = static_cast<double>(::getpid() % 64) / 64});
+    session_ = std::make_unique<ClientSession>(ClientSessionConfig{
+        .name = options_.name,
+        .role = PeerRole::kHost,
+        .schema = schemaHash(),
+        .pixelProbe = options_.pixelProbe,
+        .seenEpoch = seenEpoch_,
+        .machine = options_.machine,
+        .board = options_.board,
+        .access = options_.access,
+        .openContent = decodeSnapshot,
+        .elsewhere = elsewhere(),
+        .place = place(),
+        .firstShare = options_.firstShare < 0 ? static_cast<double>(::getpid() % 64) / 64 : options_.firstShare});
     session_->resume(std::exchange(fetchedParts_, {}));
     blobs_.forEach([this](const Blob& blob) { session_->holdBlob(blob.id()); });
     links_[ChannelKind::kControl] = transport_->connect(options_.server, options_.connectTimeout);
@@ -286,7 +296,7 @@ void ServerLink::carryOut(client_action::Show&& show) {
         return;
     }
     pace_.shown(show.frame.value);
-    doneHere_.push_back({attempt_, outcome::Shown{show.frame, clockNow()}});
+    doneHere_.push_back({attempt_, outcome::Shown{show.frame, options_.platform.now()}});
     give(work::Shown{show.frame});
 }
 
@@ -306,7 +316,7 @@ void ServerLink::retryLater(const std::string& reason) {
         log_.warning(fmt::format("{}; dialling {} again until the server answers or says that it is over", reason,
                                  toString(options_.server)));
     lastReason_ = reason;
-    dialAt_ = clockNow() + pause_;
+    dialAt_ = options_.platform.now() + pause_;
     pause_ = std::min(2 * pause_, options_.longestPause);
 }
 
@@ -314,7 +324,7 @@ void ServerLink::end(HostEnd end) {
     if (end_) return;
     end_ = std::move(end);
     dialAt_.reset();
-    giveUpAt_ = clockNow() + options_.finishDeadline;
+    giveUpAt_ = options_.platform.now() + options_.finishDeadline;
     give(work::Finish{});
     work_.close();
 }

@@ -18,7 +18,7 @@
 #include "common/base/Channel.h"
 #include "common/base/Log.h"
 #include "common/base/ServiceNotifier.h"
-#include "common/net/Transport.h"
+#include "common/net/Platform.h"
 #include "common/session/ClientSession.h"
 #include "common/tls/KeyRing.h"
 
@@ -38,6 +38,9 @@ struct ServerLinkOptions {
     std::chrono::milliseconds firstPause{50}, longestPause{1'000};
     /// How long the draw thread may take to finish once all is over.
     std::chrono::milliseconds finishDeadline{15'000};
+    /// From 0 to 1: the part of a large blob's sources that it begins with; less than 0: another one in each process.
+    double firstShare = -1;
+    Platform platform = {};
     /// Does a piece of work at once if it takes no time, else nothing. Called on the session thread, while the draw
     /// thread has no work at all. May be empty.
     std::function<std::optional<Outcome>(const Work&)> atOnce;
@@ -75,6 +78,13 @@ public:
     /// Returns when all is over and the draw thread has said its last word. kFailed without that word: the draw thread
     /// does not come back.
     [[nodiscard]] HostEnd run();
+    /// `run` step by step, for whoever drives more than one host in a thread: `begin`, then `turn` until it is `over`,
+    /// then `finish`. A turn waits for what happens next, at the longest until `nextWake`.
+    void begin();
+    void turn();
+    [[nodiscard]] bool over() const { return end_ && (drawThreadEnded_ || givenUp_); }
+    [[nodiscard]] TimePoint nextWake() const { return events_.empty() ? nextDeadline() : options_.platform.now(); }
+    [[nodiscard]] HostEnd finish();
     [[nodiscard]] bool drawThreadEnded() const { return drawThreadEnded_; }
 
 private:
@@ -140,7 +150,7 @@ private:
     std::string lastReason_;  ///< a server that is not there is mentioned once, not once a second
     std::optional<HostEnd> end_;
     TimePoint giveUpAt_{};
-    bool drawThreadEnded_ = false;
+    bool drawThreadEnded_ = false, givenUp_ = false;
     std::uint64_t stepsSeen_ = 0;           ///< of the draw thread
     PaceOfFrames pace_;                     ///< of those shown
     std::unique_ptr<Transport> transport_;  ///< last: its thread speaks into `events_`

@@ -13,12 +13,12 @@ Expected<PaintedTile> TilePainter::paint(const RenderScene& scene, Renderer& ren
     painted.cull = painted.draw = painted.cullQueued = painted.drawQueued = {};
     if (seenAlike && version.scene == version_.scene) return painted;
 
-    const TimePoint begin = clockNow();
+    const TimePoint begin = queue.now();
     const Duration queuedBefore = queue.waited();
     auto culled = action_.run(scene, camera, rect_, asks_ ? &renderer.visibility() : nullptr, &painted.counts);
     if (!culled) return tl::unexpected(culled.error());
     DrawList list = std::move(*culled);
-    const TimePoint afterCull = clockNow();
+    const TimePoint afterCull = queue.now();
     const Duration queuedToCull = queue.waited();
     painted.cull = afterCull - begin;
     painted.cullQueued = queuedToCull - queuedBefore;
@@ -27,7 +27,7 @@ Expected<PaintedTile> TilePainter::paint(const RenderScene& scene, Renderer& ren
         if (!picture) return tl::unexpected(picture.error());
         painted.picture = std::make_shared<const Picture>(std::move(*picture));
         painted.again = false;
-        painted.draw = clockNow() - afterCull;
+        painted.draw = queue.now() - afterCull;
         painted.drawQueued = queue.waited() - queuedToCull;
         painted.skipped = renderer.lastCounts().skipped;
         painted.trouble = renderer.lastCounts().trouble;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/access/LocalWalls.h"
+#include "common/net/TcpTransport.h"
 
 namespace tessera {
 
@@ -49,8 +50,8 @@ Expected<ConnectionOptions> connectionOptionsOf(const Application::Options& opti
 
 Connection::Connection(ConnectionOptions options)
     : options_(std::move(options)), events_(kMaxEvents), out_(options_.maxWaiting + kSpareRoom) {
-    transport_ = std::make_unique<Transport>(ApplicationSession::limits(options_.keys),
-                                             [this](LinkEvent event) { events_.push(std::move(event)); });
+    transport_ = std::make_unique<TcpTransport>(ApplicationSession::limits(options_.keys),
+                                                [this](LinkEvent event) { events_.push(std::move(event)); });
     session_ = std::make_unique<ApplicationSession>(options_, *transport_,
                                                     [this](Incoming incoming) { give(std::move(incoming)); });
     thread_ = std::thread([this] { run(); });

@@ -49,6 +49,10 @@ public:
         room_.notify_all();
         filled_.notify_all();
     }
+    [[nodiscard]] bool empty() const {
+        const std::scoped_lock lock(mutex_);
+        return queue_.empty();
+    }
     [[nodiscard]] bool closed() const {
         const std::scoped_lock lock(mutex_);
         return closed_;

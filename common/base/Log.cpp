@@ -1,5 +1,6 @@
 #include "common/base/Log.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <pthread.h>
 #include <signal.h>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "common/base/Controls.h"
+#include "common/base/FileHandle.h"
 #include "common/base/JournalStream.h"
 
 namespace tessera {
@@ -21,7 +23,10 @@ namespace tessera {
 /// Shared with its thread, which outlives the log where nobody reads any more what it writes.
 class Log::Writer : public std::enable_shared_from_this<Log::Writer> {
 public:
-    Writer(std::string program, int file, const std::string& journal) : program_(std::move(program)), file_(file) {
+    Writer(std::string program, int file, const std::string& journal)
+        : program_(std::move(program)),
+          own_(::fcntl(file, F_DUPFD_CLOEXEC, 3)),
+          file_(own_.get() < 0 ? file : own_.get()) {
         const bool isJournal = leadsToJournal(file);
         if (isJournal) journal_ = JournalSocket::connectTo(journal);
         saysLevel_ = isJournal && !journal_;
@@ -99,6 +104,7 @@ private:
     }
 
     const std::string program_;
+    const FileHandle own_;  ///< whoever closes theirs while the thread still writes may give its number to another file
     const int file_;
     std::unique_ptr<JournalSocket> journal_;  ///< null: lines are written
     bool saysLevel_ = false;

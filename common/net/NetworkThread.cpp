@@ -1,6 +1,6 @@
 #include "common/net/NetworkThread.h"
 
-#include "common/net/Transport.h"
+#include "common/net/TcpTransport.h"
 
 namespace tessera {
 
@@ -22,7 +22,7 @@ void NetworkThread::join() {
 void NetworkThread::runInside() {
     for (;; absence_.wait()) {
         const Turn::Hold hold = turn_.take();
-        if (!closing_ && !busy() && now() < attendantLeft_ + Transport::kAbsence) continue;
+        if (!closing_ && !busy() && now() < attendantLeft_ + TcpTransport::kAbsence) continue;
         while (!wanted_ && !io_.stopped()) io_.run_one();
         if (io_.stopped()) return;
     }
@@ -59,7 +59,7 @@ void NetworkThread::glance() {
         for (int count = 0; count < kMostHandlers && io_.poll_one() > 0; ++count) {
         }
         attendantLeft_ = now();
-        absence_.left(busy() ? kAtOnce : Transport::kAbsence);
+        absence_.left(busy() ? kAtOnce : TcpTransport::kAbsence);
     }
 }
 
@@ -70,11 +70,11 @@ void NetworkThread::runHere(TimePoint until) {
         io_.run_one();
     }
     attendantLeft_ = now();
-    absence_.left(busy() ? kAtOnce : Transport::kAbsence);
+    absence_.left(busy() ? kAtOnce : TcpTransport::kAbsence);
 }
 
 bool NetworkThread::isRecent(Duration large) {
-    return large != Duration::zero() && now().time_since_epoch() < large + Transport::kQuiet;
+    return large != Duration::zero() && now().time_since_epoch() < large + TcpTransport::kQuiet;
 }
 
 /// An alarm that comes too early stays: who is woken by it looks at the clock and asks again.

@@ -1,4 +1,4 @@
-/// Whose turn it is to be the network thread of a Transport. For Transport.cpp alone.
+/// Whose turn it is to be the network thread of a TcpTransport. For its own files alone.
 #pragma once
 
 #include <atomic>

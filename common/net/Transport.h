@@ -1,5 +1,5 @@
-/// Bytes over TCP (Boost.Asio, epoll). Threads: one network thread inside, which rests while a caller that would only
-/// wait does its work; everything comes out as events on a channel.
+/// Links that carry messages to other programs, whatever they are made of. TCP: TcpTransport.h. All that comes out of
+/// them are events.
 #pragma once
 
 #include <functional>
@@ -100,71 +100,65 @@ struct TransportLimits {
     std::function<std::size_t(std::uint16_t)> maxPayload;
 };
 
-/// Owns the network thread. All members may be called from any thread, from within `onEvent` too. `onEvent` is called
-/// on the network thread and must not block for long: nothing is sent or received meanwhile.
+/// All members may be called from any thread, from within `onEvent` too. `onEvent` must not block for long: nothing is
+/// sent or received meanwhile. Frames of one thread to one link arrive in order, whole and as they were sent.
 ///
-/// A thread that waits for events may be the network thread while it waits (`attend`). Then an arriving message wakes
-/// one thread, not two, and its answer goes out at once. The thread inside takes over when the caller is away for
-/// longer than `kAbsence`. It also takes over while much is sent or received, which is better done beside the caller's
-/// work. Where nobody attends, it does everything.
-///
-/// Destruction sends what is queued (for at most a second), closes everything and joins the thread; no event is
-/// delivered once it has begun. An `onEvent` that waits for room in a channel must be let go first (close the channel).
+/// A thread that waits for events does the transport's work while it waits (`attend`).
 class Transport {
 public:
-    static constexpr auto kAbsence = std::chrono::milliseconds(5);
-    static constexpr auto kQuiet = std::chrono::milliseconds(100);  ///< after the last large message
-
-    /// `limits.maxPayload` must be set.
-    Transport(TransportLimits limits, std::function<void(LinkEvent)> onEvent);
-    ~Transport();
+    Transport() = default;
+    Transport(const Transport&) = delete;
+    Transport& operator=(const Transport&) = delete;
+    /// Sends what is queued (for at most a second) and closes everything; no event is delivered once it has begun. An
+    /// `onEvent` that waits for room in a channel must be let go first (close the channel).
+    virtual ~Transport() = default;
 
     /// Returns the bound port (for port 0). kNetwork: cannot bind, saying why.
     /// `onBound` is called with the port, which is ours, before anybody can connect. May be empty.
-    [[nodiscard]] Expected<std::uint16_t> listen(const Address& address,
-                                                 const std::function<void(std::uint16_t)>& onBound = {});
+    [[nodiscard]] virtual Expected<std::uint16_t> listen(const Address& address,
+                                                         const std::function<void(std::uint16_t)>& onBound) = 0;
+    [[nodiscard]] Expected<std::uint16_t> listen(const Address& address) { return listen(address, {}); }
     /// Starts to connect; Opened or Closed follows within `timeout`.
-    LinkId connect(const Address& address, std::chrono::milliseconds timeout);
+    virtual LinkId connect(const Address& address, std::chrono::milliseconds timeout) = 0;
     /// Queues one frame, before Opened too. The payload is written from where it lies, so one payload may go to many
-    /// links. A null payload is an empty one. Frames of one thread to one link arrive in order. Unknown and closed
-    /// links are ignored. A link with more than `TransportLimits::maxSendQueueBytes` queued is closed.
-    void send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain payload);
+    /// links. A null payload is an empty one. Unknown and closed links are ignored. A link with more than
+    /// `TransportLimits::maxSendQueueBytes` queued is closed.
+    virtual void send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain payload) = 0;
     void send(LinkId link, std::uint16_t type, Epoch epoch, ByteSlice payload) {
         send(link, type, epoch, share(ByteChain(std::move(payload))));
     }
-    /// Sends this frame from now on, whenever nothing has been sent to this link for `interval`. The network thread
-    /// does so itself, whatever the caller's threads are at. The frame comes behind frames that the same thread has
-    /// sent before. It is not sent while bytes wait to be sent.
-    void keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
-                   SharedChain payload);
+    /// Sends this frame from now on, whenever nothing has been sent to this link for `interval`, whatever the caller's
+    /// threads are at. The frame comes behind frames that the same thread has sent before. It is not sent while bytes
+    /// wait to be sent.
+    virtual void keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
+                           SharedChain payload) = 0;
     /// A message of so many payload bytes needs no room any more: see `TransportLimits::maxUntakenBytes`.
-    void taken(LinkId link, std::size_t payloadBytes);
+    virtual void taken(LinkId link, std::size_t payloadBytes) = 0;
     /// Sends what is queued, then closes; takes at most a second. `reason` comes back in Closed.
-    void close(LinkId link, std::string reason);
-    /// Does the network's work in the calling thread, until one of three things happens. An event has been delivered by
-    /// anybody since the last call returned, `wake` has been called, or `until` has come. False at once: the thread
-    /// inside has too much to do to be sent away. Wait for what `onEvent` does then. With a past `until` it does the
-    /// work that is ready, if the thread inside does not do so, and returns. One thread at a time, not from within
-    /// `onEvent`, which must not wait for this one.
-    [[nodiscard]] bool attend(TimePoint until);
+    virtual void close(LinkId link, std::string reason) = 0;
+    /// Does the transport's work in the calling thread, until one of three things happens. An event has been delivered
+    /// by anybody since the last call returned, `wake` has been called, or `until` has come. False at once: others do
+    /// that work and have too much of it; wait for what `onEvent` does then. With a past `until` it does the work that
+    /// is ready and returns. One thread at a time, not from within `onEvent`, which must not wait for this one.
+    [[nodiscard]] virtual bool attend(TimePoint until) = 0;
     /// Ends the call of `attend` that is under way, or else the next one.
-    void wake();
+    virtual void wake() = 0;
     /// What destruction does, but `wake` may still be called. Not while somebody attends.
-    void end();
+    virtual void end() = 0;
     /// The keys have changed: links whose peers would not be let in any more are closed. From any thread.
-    void judgeAgain();
+    virtual void judgeAgain() = 0;
     /// On all links so far, headers included.
     struct Traffic {
         std::uint64_t sent = 0, received = 0;       ///< bytes
         std::uint64_t handshakes = 0, resumed = 0;  ///< that ended well, and those of them that went on with a session
     };
-    [[nodiscard]] Traffic traffic() const;
+    [[nodiscard]] virtual Traffic traffic() const = 0;
     /// Bytes waiting to be sent, headers included. Never waits.
-    [[nodiscard]] std::size_t queuedBytes(LinkId link) const;
-
-private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    [[nodiscard]] virtual std::size_t queuedBytes(LinkId link) const = 0;
 };
+
+/// `limits.maxPayload` must be set.
+using MakeTransport =
+    std::function<std::unique_ptr<Transport>(TransportLimits limits, std::function<void(LinkEvent)> onEvent)>;
 
 }  // namespace tessera

@@ -32,7 +32,7 @@ foreach(layer ${application_layers} ${ray_layers})
     PATTERN "common/application/Connection.h" EXCLUDE PATTERN "common/net/FrameReader.h" EXCLUDE
     PATTERN "common/net/LinkTable.h" EXCLUDE PATTERN "common/net/NetworkThread.h" EXCLUDE
     PATTERN "common/net/SealedLink.h" EXCLUDE PATTERN "common/net/Strangers.h" EXCLUDE
-    PATTERN "common/net/TransportImpl.h" EXCLUDE PATTERN "common/net/TransportLink.h" EXCLUDE
+    PATTERN "common/net/TcpTransportImpl.h" EXCLUDE PATTERN "common/net/TransportLink.h" EXCLUDE
     PATTERN "common/tls/OpenSsl.h" EXCLUDE PATTERN "common/tls/Tickets.h" EXCLUDE
     PATTERN "common/tls/TlsContextImpl.h" EXCLUDE)
 endforeach()

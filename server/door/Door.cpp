@@ -94,7 +94,7 @@ struct Door::Impl {
             come(std::move(socket));
         }
     }
-    /// As common/net/TransportImpl.h does it, which says why.
+    /// As common/net/TcpTransportImpl.h does it, which says why.
     void come(tcp::socket socket) {
         boost::system::error_code error;
         const tcp::endpoint peer = socket.remote_endpoint(error);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/net/TcpTransport.h"
 #include "server/door/DoorLink.h"
 
 namespace tessera {
@@ -26,7 +27,7 @@ DoorWire::DoorWire(boost::asio::io_context& io) : io_(io), clock_(io) {
     TransportLimits limits = ApplicationSession::limits();
     limits.maxUntakenBytes = kMaxUntakenBytes;
     limits.onThread = standBehindFrames;
-    transport_ = std::make_unique<Transport>(std::move(limits), [this](LinkEvent event) {
+    transport_ = std::make_unique<TcpTransport>(std::move(limits), [this](LinkEvent event) {
         boost::asio::post(io_, [this, event = std::move(event)] { deliver(event); });
     });
 }

@@ -140,7 +140,8 @@ void ProgramTrials::startNext(const Aspect& scene, TimePoint now) {
     }
 }
 
-ChangeList ProgramTrials::verdicts(const Aspect& scene, TimePoint now, Duration patience) {
+ChangeList ProgramTrials::verdicts(const Aspect& scene, Duration patience) {
+    TimePoint now = time_.now();
     ChangeListBuilder builder;
     addHeavy(scene, builder);
     const TimePoint until = now + patience;
@@ -177,7 +178,7 @@ ChangeList ProgramTrials::verdicts(const Aspect& scene, TimePoint now, Duration 
             id = due_.erase(id);
         }
         news_ = false;
-        now = std::max(now, clockNow());
+        now = time_.now();
         if (now >= until || cannot_) break;
     }
     return builder.take();

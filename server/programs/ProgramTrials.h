@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/Clock.h"
 #include "common/base/HistoryIds.h"
+#include "common/base/TimeSource.h"
 #include "common/change/ChangeList.h"
 #include "common/scene/Aspect.h"
 #include "server/programs/ProgramTrial.h"
@@ -33,7 +33,8 @@ public:
     static constexpr std::size_t kKept = 1024;
 
     /// `program`: as ProgramTrial's.
-    explicit ProgramTrials(std::string program = {}) : program_(std::move(program)) {}
+    explicit ProgramTrials(std::string program = {}, const TimeSource& time = machineTime())
+        : program_(std::move(program)), time_(time) {}
 
     /// After each list applied to the scene, with that list; null: anything may have changed.
     /// `frame`: that shows it first.
@@ -47,7 +48,7 @@ public:
     static constexpr std::size_t kMostTold = 16;
     /// What has come out since, of programs as they are now. Starts what is next. Waits as long as `patience` for what
     /// is to be tried, where there is something.
-    [[nodiscard]] ChangeList verdicts(const Aspect& scene, TimePoint now, Duration patience = {});
+    [[nodiscard]] ChangeList verdicts(const Aspect& scene, Duration patience = {});
     /// Of bad ones, for a person, since the last call.
     [[nodiscard]] std::vector<std::string> takeRemarks() { return std::exchange(remarks_, {}); }
     /// Programs to be tried, the one under way counted; none where nothing can be tried.
@@ -59,6 +60,7 @@ private:
     void startNext(const Aspect& scene, TimePoint now);
 
     std::string program_;
+    const TimeSource& time_;
     void addHeavy(const Aspect& scene, ChangeListBuilder& builder);
     std::set<ObjectId> due_;
     std::set<ObjectId> all_;                  ///< programs with a text

@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 constexpr std::size_t kMostInARow = 256;  ///< of what hosts say, before anybody else has a turn
 /// Of what applications say, before the network is looked at again: the word of a host may be there.
 constexpr Duration kLongestInARow = 500us;
-constexpr Duration kLongestWait = 100ms, kFarewell = 5s;
+constexpr Duration kLongestWait = 100ms, kFarewell = 5s, kGoodbyeTurn = 20ms;
 constexpr Duration kFarewellToOthers = 1s;  ///< applications that do not listen keep nobody waiting
 
 }  // namespace
@@ -27,7 +27,26 @@ constexpr Duration kFarewellToOthers = 1s;  ///< applications that do not listen
 FrameLoop::FrameLoop(ServerOptions options, Log& log) : impl_(std::make_unique<Impl>(std::move(options), log)) {}
 FrameLoop::~FrameLoop() = default;
 Expected<void> FrameLoop::run() {
-    return impl_->run();
+    if (Expected<void> begun = begin(); !begun) return begun;
+    while (!over())
+        if (Expected<void> turned = turn(); !turned) return turned;
+    return end();
+}
+Expected<void> FrameLoop::begin() {
+    Expected<void> begun = impl_->begin();
+    return begun ? begun : impl_->failed(std::move(begun));
+}
+Expected<void> FrameLoop::turn() {
+    return impl_->step();
+}
+bool FrameLoop::over() const {
+    return impl_->phase == Impl::Phase::kOver;
+}
+TimePoint FrameLoop::nextWake() const {
+    return impl_->nextWake(impl_->now());
+}
+Expected<void> FrameLoop::end() {
+    return impl_->end();
 }
 void FrameLoop::stop() {
     impl_->stopping = true;
@@ -38,21 +57,25 @@ void FrameLoop::renewAccess(AccessTokens access) {
     impl_->deliver(AccessRenewed{std::move(access)});
 }
 
-Expected<void> FrameLoop::Impl::run() {
-    // An end by an error is one in order for the journal: the next start goes on with the very next numbers.
-    const auto failed = [&](Expected<void> why) {
-        if (journal()) journal()->ends(peers.session().nextFrame());
-        return why;
-    };
-    if (Expected<void> begun = begin(); !begun) return failed(std::move(begun));
-    while (!(stopping && !pacing.frameOpen()) && !allFramesShown())
-        if (Expected<void> turned = turn(); !turned) {
-            actions.carryOut(peers.session().finish(turned.error().message));
-            return failed(std::move(turned));
-        }
+/// An end by an error is one in order for the journal: the next start goes on with the very next numbers.
+Expected<void> FrameLoop::Impl::failed(Expected<void> why) {
+    if (journal()) journal()->ends(peers.session().nextFrame());
+    phase = Phase::kOver;
+    return why;
+}
+
+Expected<void> FrameLoop::Impl::step() {
+    if (phase == Phase::kGoodbye) return sayGoodbye(), Expected<void>();
+    if (phase == Phase::kFrames && !(stopping && !pacing.frameOpen()) && !allFramesShown()) {
+        Expected<void> turned = turn();
+        if (turned) return turned;
+        actions.carryOut(peers.session().finish(turned.error().message));
+        return failed(std::move(turned));
+    }
     if (options.service) options.service->stopping();
-    sayGoodbye();
-    return end();
+    phase = Phase::kGoodbye;
+    goodbyeUntil = othersUntil = now() + kFarewell;
+    return {};
 }
 
 Expected<void> FrameLoop::Impl::begin() {
@@ -79,7 +102,7 @@ Expected<void> FrameLoop::Impl::begin() {
             "hosts one by one. CAP_SYS_NICE, or `rtprio {}` in /etc/security/limits.conf, lets it say so without a "
             "pause",
             refused, static_cast<int>(Urgency::kReleasing)));
-    actions.carryOut(marks.announce(Clock::now()));
+    actions.carryOut(marks.announce(now()));
     if (options.onListening) options.onListening(bound);
     if (opened->state.begun) return goOnFromJournal();
     simulation.skipNumbers(opened->nextId, opened->behind);
@@ -117,32 +140,32 @@ void FrameLoop::Impl::openGate() {
 /// Waits for what happens next. Hosts, whom frames wait for, are heard first; then frames and deadlines are due; what
 /// applications and strangers say is for the time that is left, one message of each in turn, and at least one a frame.
 Expected<void> FrameLoop::Impl::turn() {
-    await(nextWake(Clock::now()));
-    if (sceneReady && !actorsReady) actorsReady = maker.ready(Clock::now());
-    const TimePoint until = std::min(Clock::now() + kLongestInARow, peers.session().nextDeadline());
+    await(nextWake(now()));
+    if (sceneReady && !actorsReady) actorsReady = maker.ready(now());
+    const TimePoint until = std::min(now() + kLongestInARow, peers.session().nextDeadline());
     for (;;) {
         for (std::size_t count = 0; count < kMostInARow; ++count) {
             const Expected<bool> served = serve(Inbox::Rank::kFirst);
             if (!served) return tl::unexpected(served.error());
             if (!*served) break;
         }
-        if (const TimePoint now = Clock::now(); stopping || now >= until || (othersServed && frameIsDue(now))) break;
+        if (const TimePoint now = this->now(); stopping || now >= until || (othersServed && frameIsDue(now))) break;
         const Expected<bool> served = serve(Inbox::Rank::kOther);
         if (!served) return tl::unexpected(served.error());
         if (!*served) break;
         othersServed = true;
     }
-    lookAtTheClock(Clock::now());
-    if (const TimePoint now = Clock::now(); frameIsDue(now)) makeFrame(now);
+    lookAtTheClock(now());
+    if (const TimePoint now = this->now(); frameIsDue(now)) makeFrame(now);
     openGate();
-    if (const TimePoint now = Clock::now(); options.service)
+    if (const TimePoint now = this->now(); options.service)
         options.service->turned(now, true, [&] { return serviceStatus(now); });
     return {};
 }
 
 /// Nobody else needs to be woken for what the network brings while this thread waits.
 void FrameLoop::Impl::await(TimePoint until) {
-    const TimePoint now = Clock::now();
+    const TimePoint now = this->now();
     if (inbox.any(Inbox::Rank::kFirst) || inbox.any(Inbox::Rank::kOther, mayServe)) until = now;
     if (!peers.attend(until) && until > now) inbox.waitForNews(until - now);
 }
@@ -205,7 +228,7 @@ Expected<void> FrameLoop::Impl::end() {
 
 Expected<void> FrameLoop::Impl::take(Preparation made) {
     if (made.ticket != RequestDesk::kStartScene)
-        return actions.carryOut(desk.prepared(std::move(made), Clock::now())), Expected<void>();
+        return actions.carryOut(desk.prepared(std::move(made), now())), Expected<void>();
     Expected<std::optional<std::vector<ChangeList>>> lists = startScene.take(std::move(made), loader, log);
     if (!lists) return tl::unexpected(lists.error());
     if (!*lists) return {};
@@ -265,6 +288,7 @@ bool FrameLoop::Impl::lastFrameShown() const {
 }
 
 TimePoint FrameLoop::Impl::nextWake(TimePoint now) const {
+    if (phase != Phase::kFrames) return phase == Phase::kOver ? now : now + kGoodbyeTurn;
     const TimePoint wake = std::min({now + kLongestWait, peers.session().nextDeadline(), desk.nextDeadline()});
     return mayBegin(now) ? std::min(wake, pacing.earliest()) : wake;
 }
@@ -281,7 +305,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
     pacing.began(now);
     actions.carryOut(peers.session().beginFrame(maker.begin(number, made), now));
     if (std::optional<Preparation> order = actors.inlines.takeOrder()) desk.loadContent(std::move(*order));
-    actions.carryOut(marks.named(made.commit.sent->blobs, Clock::now()));
+    actions.carryOut(marks.named(made.commit.sent->blobs, this->now()));
     actions.carryOut(desk.heads(poses));
     actions.carryOut(untilWritten(desk.committed(std::move(made), number, simulation.openQuestions())));
 }
@@ -289,7 +313,7 @@ void FrameLoop::Impl::makeFrame(TimePoint now) {
 void FrameLoop::Impl::moveHeads() {
     if (!options.wall.tracking.any()) return;
     for (const TrackerReading& reading : trackers.take()) tracking.take(reading);
-    const TimePoint now = Clock::now();
+    const TimePoint now = this->now();
     for (const std::string& text : tracking.advance(now, now + pacing.usualLength())) log.info(text);
     view.follow(tracking.heads());
     for (const WandState& wand : tracking.wands())
@@ -297,42 +321,41 @@ void FrameLoop::Impl::moveHeads() {
 }
 
 answer::Trackers FrameLoop::Impl::describeTrackers() const {
-    answer::Trackers told{.trackers = tracking.describe(Clock::now())};
+    answer::Trackers told{.trackers = tracking.describe(now())};
     trackers.describe(told.trackers);
     return told;
 }
 
-/// Lets everybody show the last frame, tells them that the show is over, and waits until they have gone.
+/// Lets everybody show the last frame, tells them that the show is over, and waits until they have gone. A turn of it.
 void FrameLoop::Impl::sayGoodbye() {
-    const TimePoint deadline = Clock::now() + kFarewell;
-    TimePoint others = deadline;
-    bool told = false;
-    const auto somebodyStays = [&](TimePoint now) {
-        return peers.hostCount() > 0 || (peers.connectionCount() > 0 && now < others);
+    const auto somebodyStays = [&] {
+        return peers.hostCount() > 0 || (peers.connectionCount() > 0 && now() < othersUntil);
     };
-    for (TimePoint now = Clock::now(); now < deadline && (!told || somebodyStays(now)); now = Clock::now()) {
-        openGate();
-        if (!told && (lastFrameShown() || Clock::now() > deadline - kFarewell / 2)) {
-            actions.carryOut(peers.session().finish("the show is over"));
-            told = true;
-            others = Clock::now() + kFarewellToOthers;
-        }
-        await(Clock::now() + 20ms);
-        const TimePoint until = std::min(deadline, Clock::now() + 20ms);  // however much is said
-        for (const Inbox::Rank rank : {Inbox::Rank::kFirst, Inbox::Rank::kOther})
-            while (auto next = Clock::now() < until ? inbox.tryPop(rank) : std::nullopt) {
-                const auto* link = std::get_if<LinkEvent>(&next->second);
-                if (!link) continue;
-                ServerActions wanted = peers.handle(*link);
-                // What comes after the end is no fault any more.
-                if (told)
-                    std::erase_if(
-                        wanted, [](const ServerAction& a) { return std::holds_alternative<server_action::Fault>(a); });
-                actions.carryOut(std::move(wanted));
-                if (!told && lastFrameShown()) break;
-            }
-        if (!told) actions.carryOut(peers.advance(Clock::now()));
+    if (now() >= goodbyeUntil || (goodbyeSaid && !somebodyStays())) {
+        phase = Phase::kOver;
+        return;
     }
+    openGate();
+    if (!goodbyeSaid && (lastFrameShown() || now() > goodbyeUntil - kFarewell / 2)) {
+        actions.carryOut(peers.session().finish("the show is over"));
+        goodbyeSaid = true;
+        othersUntil = now() + kFarewellToOthers;
+    }
+    await(now() + kGoodbyeTurn);
+    const TimePoint until = std::min(goodbyeUntil, now() + kGoodbyeTurn);  // however much is said
+    for (const Inbox::Rank rank : {Inbox::Rank::kFirst, Inbox::Rank::kOther})
+        while (auto next = now() < until ? inbox.tryPop(rank) : std::nullopt) {
+            const auto* link = std::get_if<LinkEvent>(&next->second);
+            if (!link) continue;
+            ServerActions wanted = peers.handle(*link);
+            // What comes after the end is no fault any more.
+            if (goodbyeSaid)
+                std::erase_if(wanted,
+                              [](const ServerAction& a) { return std::holds_alternative<server_action::Fault>(a); });
+            actions.carryOut(std::move(wanted));
+            if (!goodbyeSaid && lastFrameShown()) break;
+        }
+    if (!goodbyeSaid) actions.carryOut(peers.advance(now()));
 }
 
 }  // namespace tessera

@@ -9,7 +9,7 @@
 #include "common/base/AccessToken.h"
 #include "common/base/Log.h"
 #include "common/base/ServiceNotifier.h"
-#include "common/net/Transport.h"
+#include "common/net/Platform.h"
 #include "common/tls/KeyRing.h"
 #include "common/wall/Exposure.h"
 #include "common/wall/Showing.h"
@@ -18,6 +18,8 @@
 #include "server/sim/audit/AuditBook.h"
 
 namespace tessera {
+
+class FileSystem;
 
 struct ServerOptions {
     Wall wall;
@@ -31,13 +33,15 @@ struct ServerOptions {
     std::function<std::shared_ptr<const std::string>(const std::string& name)> panelOf = {};
     bool insecure = false;  ///< whoever comes from another machine needs no key
     ImportOptions import;
-    std::vector<std::string> allowed;    ///< folders whose files applications may load, beside the assets
-    std::uint64_t frames = 0;            ///< 0: until stopped
-    double rateHz = 0;                   ///< 0: as fast as the wall draws
-    std::string camera;                  ///< node path; empty: the first enabled camera
-    std::string reportPath;              ///< empty: no report
-    std::string recordPath;              ///< empty: no recording
-    std::string journalPath;             ///< empty: no journal
+    std::vector<std::string> allowed;  ///< folders whose files applications may load, beside the assets
+    std::uint64_t frames = 0;          ///< 0: until stopped
+    double rateHz = 0;                 ///< 0: as fast as the wall draws
+    std::string camera;                ///< node path; empty: the first enabled camera
+    std::string reportPath;            ///< empty: no report
+    std::string recordPath;            ///< empty: no recording
+    std::string journalPath;           ///< empty: no journal
+    /// What the journal writes with; null: the system's own calls.
+    std::shared_ptr<FileSystem> journalFiles = {};
     AuditBook* audit = nullptr;          ///< null: nobody keeps who does what; outlives the loop
     Showing showing = Showing::kScene;   ///< until somebody asks for something else
     bool takesInput = true;              ///< of windows and applications: false: the view moves by hand alone
@@ -50,6 +54,7 @@ struct ServerOptions {
     std::function<void(std::uint64_t done, std::uint64_t total)> onProgress;  ///< may be empty
     std::function<void(const Address&)> onBound = {};  ///< before anybody can connect; may be empty
     std::function<void(const Address&)> onListening;
+    Platform platform = {};
 };
 
 /// Runs one server to its end. The calling thread becomes the frame thread: it owns session, scene and report; network
@@ -63,6 +68,13 @@ public:
     /// journal that cannot be begun, a scene that cannot be read, a camera that is not there, no frame shown although
     /// some were asked for.
     [[nodiscard]] Expected<void> run();
+    /// `run` step by step, for whoever drives more than one server in a thread: `begin`, then `turn` until it is `over`
+    /// or fails, then `end`. A turn waits for what happens next, at the longest until `nextWake`.
+    [[nodiscard]] Expected<void> begin();
+    [[nodiscard]] Expected<void> turn();
+    [[nodiscard]] bool over() const;
+    [[nodiscard]] TimePoint nextWake() const;
+    [[nodiscard]] Expected<void> end();
     /// From any thread or signal handler's thread: ends the show after the open frame.
     void stop();
     /// From any thread: from now on these tokens let in, and whoever came in by others is closed.

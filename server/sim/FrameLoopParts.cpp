@@ -13,7 +13,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
     : options(std::move(o)),
       log(l),
       opened(openJournal()),
-      simulation({.threads = options.threads}),
+      simulation({.threads = options.threads, .time = options.platform.time}),
       view(options.wall, options.camera, firstView(), stage()),
       steering(
           {.wall = options.wall,
@@ -33,7 +33,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
       poses(tracking.poses(FrameNumber(0), View())),
       files(std::make_shared<SceneFiles>(options.import, options.allowed,
                                          goesOn() ? opened->state.sceneFiles() : options.scenes, goesOn())),
-      actors(options.wall, drags, filmOpener(files), options.notices, options.exposure),
+      actors(options.wall, drags, filmOpener(files), options.notices, options.exposure, *options.platform.time),
       maker({.simulation = simulation,
              .view = view,
              .blobs = blobs,
@@ -43,7 +43,8 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
              .snapshots = &snapshots,
              .moveHeads = [this] { moveHeads(); },
              .showing = &options.showing,
-             .steering = &steering}),
+             .steering = &steering,
+             .lane = options.platform.lane}),
       pacing(options.rateHz),
       startScene(options.scenes, options.placing),
       peers(
@@ -52,12 +53,15 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
               const LinkId link = linkOf(event);
               inbox.push(link.value, std::move(event));
           },
-          options.keys, [this](const std::string& words) { log.warning(words); }),
-      loader(importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }),
-      workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
-      listings([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }),
-      uploads([this](UploadFinished finished) { deliver(std::move(finished)); }),
-      snapshots(peers.session(), blobs, [this](SnapshotMade made) { deliver(std::move(made)); }),
+          options.platform, options.keys, [this](const std::string& words) { log.warning(words); }),
+      loader(
+          importOptions(), files, [this](Preparation made) { deliver(std::move(made)); }, options.platform.lane,
+          *options.platform.time),
+      workbench([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }, options.platform.lane),
+      listings([this](WorkedOut then) { deliver(BesideDone{std::move(then)}); }, options.platform.lane),
+      uploads([this](UploadFinished finished) { deliver(std::move(finished)); }, options.platform.lane),
+      snapshots(
+          peers.session(), blobs, [this](SnapshotMade made) { deliver(std::move(made)); }, options.platform.lane),
       marks(blobs, peers.session()),
       desk({.wall = options.wall,
             .blobs = blobs,
@@ -99,8 +103,11 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
             .watchesFiles = options.reload,
             .deliver = [this](WorkedOut then) { deliver(BesideDone{std::move(then)}); },
             .say = [this](const std::string& words, bool isWrong) { isWrong ? log.warning(words) : log.info(words); },
-            .audit = options.audit}),
-      actions({.peers = peers,
+            .audit = options.audit,
+            .time = *options.platform.time,
+            .lane = options.platform.lane}),
+      actions({.time = *options.platform.time,
+               .peers = peers,
                .pacing = pacing,
                .snapshots = snapshots,
                .desk = desk,
@@ -131,9 +138,13 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
 
 Expected<Journal::Opened> FrameLoop::Impl::openJournal() {
     if (options.journalPath.empty()) return Journal::Opened();
-    return Journal::open(
-        {.folder = options.journalPath, .scenes = options.scenes, .placing = optionsText(options.placing)}, blobs, log,
-        [this] { deliver(JournalProgress{}); });
+    return Journal::open({.folder = options.journalPath,
+                          .scenes = options.scenes,
+                          .placing = optionsText(options.placing),
+                          .calls = options.journalFiles ? options.journalFiles : std::make_shared<FileSystem>(),
+                          .lane = options.platform.lane,
+                          .time = options.platform.time},
+                         blobs, log, [this] { deliver(JournalProgress{}); });
 }
 
 /// That of a wall that goes on is the one that it began with, whatever this command leaves unsaid.
@@ -163,9 +174,13 @@ ImportOptions FrameLoop::Impl::importOptions() const {
 }
 
 ServerSessionConfig FrameLoop::Impl::sessionConfig() const {
-    const auto now = std::chrono::system_clock::now();
+    const DateTime now = options.platform.date();
     ServerSessionConfig config = sessionConfigOf(options.wall, journal() ? journal()->epoch() : nextEpoch({}, now));
     config.furthestSeen = furthestEpoch(now);
+    config.newToken = [random = options.platform.random] {
+        const Hash128 bits = random();
+        return SessionToken{bits.low, bits.high};
+    };
     config.access = options.access;
     config.owner = options.owner;
     config.insecure = options.insecure;

@@ -32,7 +32,7 @@ struct AccessRenewed {
 };
 
 struct FrameLoop::Impl {
-    using Clock = std::chrono::steady_clock;
+    enum class Phase : std::uint8_t { kFrames, kGoodbye, kOver };
     using Event = std::variant<LinkEvent, Preparation, SnapshotMade, StateCompared, BesideDone, JournalProgress,
                                UploadFinished, AccessRenewed>;
     using Inbox = FairQueue<Event>;
@@ -45,9 +45,11 @@ struct FrameLoop::Impl {
         if (opened) opened->journal.reset();
     }
 
-    Expected<void> run();
+    [[nodiscard]] TimePoint now() const { return options.platform.now(); }
     Expected<void> begin();
+    Expected<void> step();
     Expected<void> turn();
+    Expected<void> failed(Expected<void> why);
     Expected<void> end();
     void sayGoodbye();
 
@@ -63,12 +65,12 @@ struct FrameLoop::Impl {
 
     Expected<void> take(const LinkEvent& event) { return done(peers.handle(event)); }
     Expected<void> take(Preparation made);
-    Expected<void> take(SnapshotMade made) { return done(snapshots.made(std::move(made), Clock::now())); }
+    Expected<void> take(SnapshotMade made) { return done(snapshots.made(std::move(made), now())); }
     Expected<void> take(const StateCompared& found);
-    Expected<void> take(const BesideDone& made) { return done(made.then(Clock::now())); }
+    Expected<void> take(const BesideDone& made) { return done(made.then(now())); }
     void lookBeside(DeskSurroundings::Look look);
     void orderSurvey();
-    Expected<void> take(UploadFinished finished) { return done(desk.uploaded(std::move(finished), Clock::now())); }
+    Expected<void> take(UploadFinished finished) { return done(desk.uploaded(std::move(finished), now())); }
     Expected<void> done(ServerActions wanted) { return actions.carryOut(std::move(wanted)), Expected<void>(); }
     Expected<void> take(AccessRenewed renewed) {
         peers.session().renewAccess(std::move(renewed.access));
@@ -130,6 +132,9 @@ struct FrameLoop::Impl {
     TimePoint loadsSaid = {};
     bool othersServed = false;           ///< since the last frame began
     std::atomic<bool> stopping = false;  ///< said by any thread
+    Phase phase = Phase::kFrames;
+    bool goodbyeSaid = false;
+    TimePoint goodbyeUntil = {}, othersUntil = {};
 
     // Last: their threads deliver into what stands above.
     Peers peers;

@@ -16,7 +16,7 @@ static void unify(ChangeList& list, BlobStore& blobs) {
 }
 
 Expected<void> FrameMaker::record(const std::string& path, unsigned threads) {
-    auto writer = RecordingWriter::create(path, openingOfThisServer(threads), around_.log);
+    auto writer = RecordingWriter::create(path, openingOfThisServer(threads), around_.log, {}, around_.lane);
     if (!writer) return tl::unexpected(writer.error());
     recording_ = std::move(*writer);
     return {};

@@ -39,6 +39,7 @@ public:
         std::function<void()> moveHeads = {};
         const Showing* showing = nullptr;  ///< null: the scene
         Steering* steering = nullptr;      ///< null: the view moves by hand and camera alone
+        MakeLane lane = LaneThreads::make;
     };
     explicit FrameMaker(const Surroundings& around) : around_(around) {}
 

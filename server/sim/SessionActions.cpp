@@ -7,11 +7,6 @@
 #include "common/base/FailedLogins.h"
 
 namespace tessera {
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-}  // namespace
 
 void SessionActions::carryOut(ServerActions actions) {
     std::deque<ServerAction> pending;
@@ -26,7 +21,7 @@ void SessionActions::carryOut(ServerActions actions) {
 }
 
 ServerActions SessionActions::on(const server_action::SnapshotWanted& wanted) {
-    return around_.snapshots.wanted(wanted.connection, Clock::now());
+    return around_.snapshots.wanted(wanted.connection, around_.time.now());
 }
 
 ServerActions SessionActions::on(const server_action::HostEntered& entered) {
@@ -55,7 +50,7 @@ ServerActions SessionActions::on(const server_action::Fault& fault) {
 }
 
 ServerActions SessionActions::on(const server_action::FrameReleased& released) {
-    const TimePoint now = Clock::now();
+    const TimePoint now = around_.time.now();
     around_.pacing.released(now, released.shown.empty());
     around_.report.released(released);
     around_.budget.released();
@@ -67,7 +62,7 @@ ServerActions SessionActions::on(const server_action::FrameReleased& released) {
 ServerActions SessionActions::on(const server_action::FrameStats& stats) {
     if (const Expected<HostStats> decoded = decodeStats(stats.stats)) {
         around_.report.stats(stats, *decoded);
-        around_.desk.frameDrawn(stats, *decoded, Clock::now());
+        around_.desk.frameDrawn(stats, *decoded, around_.time.now());
         around_.budget.drawn(*decoded);
         around_.exposure.drawn(stats.host, *decoded);
         for (const HeldUp& held : decoded->heldUp)
@@ -91,7 +86,7 @@ ServerActions SessionActions::on(const server_action::StateMismatch& mismatch) {
 /// frames.
 ServerActions SessionActions::on(const server_action::HashesReceived& hashes) {
     const auto walk = walks_.find(hashes.host);
-    if (walk == walks_.end()) return around_.peers.session().repair(hashes.host, Clock::now());
+    if (walk == walks_.end()) return around_.peers.session().repair(hashes.host, around_.time.now());
     StateCompared compared{.host = hashes.host, .walk = walk->second.number, .step = {}};
     const auto at = hashes.objects ? std::nullopt : std::optional(hashes.sequence);
     around_.snapshots.look(at, [hashes, compared, comparison = walk->second.comparison,
@@ -115,16 +110,17 @@ void SessionActions::compared(const StateCompared& found) {
     around_.log.warning(
         fmt::format("{}: {}{}", found.host, found.step.named ? "first differing object: " : "", found.step.finding));
     around_.report.mismatch(found.host, found.step.finding);
-    carryOut(around_.peers.session().repair(found.host, Clock::now()));
+    carryOut(around_.peers.session().repair(found.host, around_.time.now()));
 }
 
 ServerActions SessionActions::on(const server_action::RequestReceived& request) {
-    ServerActions answers = around_.desk.received(request, Clock::now());
+    ServerActions answers = around_.desk.received(request, around_.time.now());
     return around_.onAnswered ? around_.onAnswered(std::move(answers)) : answers;
 }
 
 ServerActions SessionActions::on(const server_action::ApplicationJoined& joined) {
-    around_.desk.applicationJoined(joined.connection, {.name = joined.name, .who = joined.who, .since = Clock::now()},
+    around_.desk.applicationJoined(joined.connection,
+                                   {.name = joined.name, .who = joined.who, .since = around_.time.now()},
                                    around_.peers.addressOf(joined.connection), joined.panel.get());
     return {};
 }
@@ -139,7 +135,7 @@ ServerActions SessionActions::on(const server_action::BlobsEverywhere& everywher
 }
 
 ServerActions SessionActions::on(const server_action::ImageReceived& image) {
-    return around_.desk.imageReceived(image, Clock::now());
+    return around_.desk.imageReceived(image, around_.time.now());
 }
 
 ServerActions SessionActions::on(const server_action::EpochRaised& raised) {
@@ -152,7 +148,7 @@ ServerActions SessionActions::on(const server_action::EpochRaised& raised) {
 }
 
 ServerActions SessionActions::on(const server_action::InputReceived& input) {
-    around_.steering.received(input.host, input.states, Clock::now());
+    around_.steering.received(input.host, input.states, around_.time.now());
     return {};
 }
 

@@ -29,6 +29,7 @@ class SessionActions {
 public:
     /// All outlive it.
     struct Surroundings {
+        const TimeSource& time;
         Peers& peers;
         FramePacing& pacing;
         Snapshots& snapshots;

@@ -152,7 +152,7 @@ private:
 /// A render host without a picture: everything but drawing.
 [[noreturn]] void ourClient(std::uint16_t port, const std::string& name) {
     Channel<LinkEvent> inbox(4096);
-    Transport transport({.maxPayload = maxPayloadBytes}, [&](LinkEvent event) { inbox.push(std::move(event)); });
+    TcpTransport transport({.maxPayload = maxPayloadBytes}, [&](LinkEvent event) { inbox.push(std::move(event)); });
     ClientSession session({.name = name});
     const Address address{.host = "127.0.0.1", .port = port};
     std::map<LinkId, ChannelKind> kinds;
@@ -224,7 +224,8 @@ public:
             }
             pids_.push_back(pid);
         }
-        peers_ = std::make_unique<Peers>(config, blobs_, [this](LinkEvent event) { inbox_.push(std::move(event)); });
+        peers_ = std::make_unique<Peers>(
+            config, blobs_, [this](LinkEvent event) { inbox_.push(std::move(event)); }, Platform());
         const std::uint16_t port = peers_->listen({.host = "127.0.0.1", .port = 0}).value();
         for (int i = 0; i < hosts; ++i)
             if (write(ports[1], &port, sizeof port) < 0) std::abort();

@@ -26,7 +26,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/Channel.h"
-#include "common/net/Transport.h"
+#include "common/net/TcpTransport.h"
 #include "common/tls/Certificate.h"
 #include "common/tls/KeyRing.h"
 #include "common/tls/TlsChannel.h"
@@ -196,12 +196,12 @@ public:
     std::uint16_t listen() { return *transport_.listen({"127.0.0.1", 0}); }
 
 private:
-    Transport transport_;
+    TcpTransport transport_;
 };
 
 std::optional<double> tryLink(const CurrentKeys& keys, std::uint16_t port) {
     Channel<LinkEvent> events(100);
-    Transport client(limitsWith(keys), [&](LinkEvent event) { events.push(std::move(event)); });
+    TcpTransport client(limitsWith(keys), [&](LinkEvent event) { events.push(std::move(event)); });
     const Clock::time_point begin = Clock::now();
     const LinkId link = client.connect({"127.0.0.1", port}, kDeadline);
     client.send(link, 1, Epoch(1), ByteSlice(Bytes(10)));

@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/Channel.h"
-#include "common/net/Transport.h"
+#include "common/net/TcpTransport.h"
 #include "common/tls/Certificate.h"
 #include "common/tls/KeyRing.h"
 
@@ -58,7 +58,7 @@ private:
         return limits;
     }
     Channel<LinkEvent> events_;
-    Transport transport_;
+    TcpTransport transport_;
 };
 
 struct Keys {

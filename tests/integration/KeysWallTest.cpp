@@ -11,7 +11,7 @@
 
 #include "common/base/Channel.h"
 #include "common/codec/MessageCodec.h"
-#include "common/net/Transport.h"
+#include "common/net/TcpTransport.h"
 #include "common/scene/FieldTable.h"
 #include "tests/drill/Network.h"
 #include "tests/integration/LiveWall.h"
@@ -216,7 +216,7 @@ TEST_F(WallOfMachines, NobodyComesInWithoutAKeyAndNobodyTriesTwice) {
 /// How long it takes until an application with this word is refused; none: it is not.
 std::optional<std::chrono::steady_clock::duration> refusedAfter(const std::string& address, const std::string& word) {
     Channel<LinkEvent> events(100);
-    Transport transport({.maxPayload = maxPayloadBytes}, [&](LinkEvent event) { events.push(std::move(event)); });
+    TcpTransport transport({.maxPayload = maxPayloadBytes}, [&](LinkEvent event) { events.push(std::move(event)); });
     const auto from = std::chrono::steady_clock::now();
     const LinkId link = transport.connect(*parseAddress(address), 5s);
     const message::Hello hello{

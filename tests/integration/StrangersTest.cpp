@@ -16,7 +16,7 @@
 #include "common/codec/ApplicationCodec.h"
 #include "common/codec/MessageCodec.h"
 #include "common/net/FrameHeader.h"
-#include "common/net/Transport.h"
+#include "common/net/TcpTransport.h"
 #include "common/scene/FieldTable.h"
 #include "tests/integration/LiveWall.h"
 #include "tests/integration/MessageBytes.h"
@@ -173,7 +173,7 @@ TEST_F(Strangers, AnApplicationThatAsksWithoutEndAndNeverListensHoldsUpNobody) {
 /// Says hello and returns the Refused that comes back.
 std::optional<message::Refused> refusalOf(const std::string& address, const message::Hello& hello) {
     Channel<LinkEvent> events(100);
-    Transport transport({.maxPayload = maxPayloadBytes}, [&](LinkEvent event) { events.push(std::move(event)); });
+    TcpTransport transport({.maxPayload = maxPayloadBytes}, [&](LinkEvent event) { events.push(std::move(event)); });
     const LinkId link = transport.connect(*parseAddress(address), 5s);
     const auto deadline = std::chrono::steady_clock::now() + 5s;
     while (std::chrono::steady_clock::now() < deadline) {

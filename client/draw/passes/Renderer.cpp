@@ -158,9 +158,9 @@ Expected<void> Renderer::Impl::drawCells(const DrawList& list, const ScreenCamer
         if (auto drawn = drawCell(list, camera, cell); !drawn) return drawn;
         gl.Finish();  // what comes now would wait for it
         if (auto wanted = goOn(); !wanted) return wanted;
-        const TimePoint finished = clockNow();
+        const TimePoint finished = options.time->now();
         readColors(cell, rect, rows);
-        readBackTime += clockNow() - finished;
+        readBackTime += options.time->now() - finished;
     }
     return gl.check("drawing a tile");
 }

@@ -15,6 +15,7 @@
 #include "client/render/cull/VisibilityDevice.h"
 #include "client/render/scene/SceneContents.h"
 #include "common/base/Clock.h"
+#include "common/base/TimeSource.h"
 #include "common/image/Picture.h"
 #include "common/scene/Aspect.h"
 #include "common/wall/LightHistogram.h"
@@ -25,7 +26,8 @@ namespace tessera {
 struct MeshSize;
 
 struct RendererOptions {
-    int samples = 4;  ///< per pixel: 1 or 4
+    int samples = 4;                          ///< per pixel: 1 or 4
+    const TimeSource* time = &machineTime();  ///< for what is reported
     /// Of GL's memory, as it is allocated, for meshes, images and voxels together with what pictures are drawn in:
     /// framebuffers and maps of shadows, which stay while they are used. 0: memoryForGl. Above it gives way what is not
     /// drawn, then what is needed again last (SharedBudget.h). What one draw needs is there as long as GL has memory,

@@ -97,7 +97,7 @@ AuditLine& AuditBook::lineOf(ConnectionId connection, const Deed& deed, const st
     const Application who =
         known != applications_.end() ? known->second.who : Application{{.role = Role::kEditor}, "the wall itself", ""};
     const std::string& from = std::get<std::string>(line->first);
-    line->second = {now_(), who.who, shortened(who.program), from.empty() ? who.from : shortened(from),
+    line->second = {time_.date(), who.who, shortened(who.program), from.empty() ? who.from : shortened(from),
                     std::string(deed.did)};
     line->second.who.name = shortened(who.who.name);
     line->second.refused = shortened(refused);
@@ -112,7 +112,7 @@ void AuditBook::note(ConnectionId connection, Deed deed, const std::string& refu
         std::string object = shortened(each);
         if (std::ranges::find(line.objects, object) == line.objects.end()) line.objects.push_back(std::move(object));
     }
-    if (due_ == TimePoint::max()) due_ = std::chrono::steady_clock::now() + kTogether;
+    if (due_ == TimePoint::max()) due_ = time_.now() + kTogether;
 }
 
 void AuditBook::advance(TimePoint now) {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/Clock.h"
+#include "common/base/TimeSource.h"
 #include "common/request/Members.h"
 #include "common/session/ServerSession.h"
 #include "server/sim/audit/AuditLine.h"
@@ -32,10 +32,8 @@ public:
         std::string program, from;
     };
     using Write = std::function<void(std::vector<AuditLine>)>;
-    using Now = std::function<std::chrono::system_clock::time_point()>;
 
-    explicit AuditBook(Write write, Now now = &std::chrono::system_clock::now)
-        : write_(std::move(write)), now_(std::move(now)) {}
+    explicit AuditBook(Write write, const TimeSource& time = machineTime()) : write_(std::move(write)), time_(time) {}
     /// Hands over what there is.
     ~AuditBook() { handOver(); }
     AuditBook(const AuditBook&) = delete;
@@ -83,7 +81,7 @@ private:
     void handOver();
 
     Write write_;
-    Now now_;
+    const TimeSource& time_;
     std::map<ConnectionId, Present> applications_;
     std::map<std::pair<ConnectionId, std::uint64_t>, Deed> open_;
     std::uint64_t lastDeed_ = 0;

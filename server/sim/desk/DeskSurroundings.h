@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "common/base/LaneThreads.h"
+#include "common/base/TimeSource.h"
 #include "common/codec/ApplicationCodec.h"
 #include "common/session/Messages.h"
 #include "server/manipulators/ManipulatorDrags.h"
@@ -91,6 +93,8 @@ struct DeskSurroundings {
     std::function<void(WorkedOut then)> deliver = {};
     std::function<void(const std::string& words, bool isWrong)> say = {};  ///< to the log; empty: nobody hears it
     AuditBook* audit = nullptr;  ///< is told who does what; null: nobody keeps it
+    const TimeSource& time = machineTime();
+    MakeLane lane = LaneThreads::make;  ///< for what is done beside the frames
 
     [[nodiscard]] Answers answers() const { return {session, audit}; }
     /// Why no edit is taken at present; none: edits are taken.

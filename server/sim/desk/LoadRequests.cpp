@@ -32,7 +32,7 @@ ServerActions LoadRequests::ask(const Asker& asker, const std::string& path, Obj
     edits_.open(ticket, {.asker = asker,
                          .isLoad = true,
                          .loadedFrom = path,
-                         .since = clockNow(),
+                         .since = around_.time.now(),
                          .below = below,
                          .belowName = pathOf(around_.simulation.scene(), below)});
     return {};
@@ -50,7 +50,7 @@ void LoadRequests::loadContent(Preparation order) {
                          .edit = {.undoable = false},
                          .isLoad = true,
                          .loadedFrom = std::move(path),
-                         .since = clockNow(),
+                         .since = around_.time.now(),
                          .content = core});
 }
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <thread>
 
 #include "common/base/Utf8.h"
 #include "common/cores/LoadWords.h"
@@ -47,26 +48,27 @@ std::vector<std::string> inShort(std::vector<std::string> notes, const std::stri
 
 }  // namespace
 
-Loader::Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(Preparation)> onFinished)
-    : options_(std::move(options)), files_(std::move(files)), onFinished_(std::move(onFinished)), thread_([this] {
-          const auto work = [this] {
-              while (std::optional<Preparation> order = orders_.pop()) carryOutApart(std::move(*order));
-          };
-          std::vector<std::thread> others;
-          for (std::size_t i = 1; i < kAtOnce; ++i) others.emplace_back(work);
-          work();
-          for (std::thread& other : others) other.join();
-      }) {}
+Loader::Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(Preparation)> onFinished,
+               const MakeLane& lane, const TimeSource& time)
+    : options_(std::move(options)),
+      files_(std::move(files)),
+      onFinished_(std::move(onFinished)),
+      time_(time),
+      lane_(lane({.width = kAtOnce})) {}
 
 bool Loader::order(Preparation order) {
+    constexpr std::size_t kMostWaiting = 64;
+    if (waiting_ >= kMostWaiting) return false;
+    ++waiting_;
     order.watch = std::make_shared<ImportWatch>();
-    const std::shared_ptr<ImportWatch> watch = order.watch;
     underWay_.with([&](std::vector<UnderWay>& all) {
-        all.push_back({.ticket = order.ticket, .path = order.path, .since = clockNow(), .watch = watch});
+        all.push_back({.ticket = order.ticket, .path = order.path, .since = time_.now(), .watch = order.watch});
     });
-    if (orders_.tryPush(std::move(order))) return true;
-    forget(watch);
-    return false;
+    lane_->post([this, order = std::move(order)] {
+        --waiting_;
+        carryOutApart(order);
+    });
+    return true;
 }
 
 std::vector<Loader::UnderWay> Loader::underWay() const {
@@ -205,11 +207,8 @@ void Loader::compare(Preparation& order, ChangeList list, std::optional<HeldFile
 }
 
 Loader::~Loader() {
-    orders_.close();
-    while (orders_.tryPop()) {
-    }
     for (const UnderWay& one : underWay()) one.watch->cancel({ErrorCode::kFailed, "the server ends"});
-    thread_.join();
+    lane_.reset();
 }
 
 /// Here and not where the order comes from: folders may be slow.

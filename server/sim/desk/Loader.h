@@ -1,16 +1,16 @@
 /// Imports files off the frame thread, a few at once.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "common/base/Channel.h"
-#include "common/base/Clock.h"
 #include "common/base/Error.h"
 #include "common/base/Guarded.h"
+#include "common/base/LaneThreads.h"
+#include "common/base/TimeSource.h"
 #include "server/import/Importer.h"
 #include "server/sim/desk/SceneFiles.h"
 #include "server/sim/frame/Preparation.h"
@@ -18,7 +18,7 @@
 
 namespace tessera {
 
-/// Owns the import threads. Orders begin in the order in which they came; a file that takes long holds up no other but
+/// Owns the lane of imports. Orders begin in the order in which they came; a file that takes long holds up no other but
 /// where kAtOnce of them do, so what was ordered later may be there earlier. `onFinished` is called on threads of the
 /// loader's, on several at once. Destruction cancels the imports under way, and waits for them. What a refused load
 /// took of memory is given back.
@@ -28,7 +28,8 @@ public:
     static constexpr std::size_t kAtOnce = 3;
 
     /// `files`: which may be read; told what those that are read name.
-    Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(Preparation)> onFinished);
+    Loader(ImportOptions options, std::shared_ptr<SceneFiles> files, std::function<void(Preparation)> onFinished,
+           const MakeLane& lane = LaneThreads::make, const TimeSource& time = machineTime());
     ~Loader();
 
     /// False when too many orders wait already.
@@ -66,8 +67,9 @@ private:
     std::shared_ptr<SceneFiles> files_;
     std::function<void(Preparation)> onFinished_;
     Guarded<std::vector<UnderWay>> underWay_;
-    Channel<Preparation> orders_{64};
-    std::thread thread_;
+    const TimeSource& time_;
+    std::atomic<std::size_t> waiting_{0};
+    std::unique_ptr<Lane> lane_;  ///< last
 };
 
 }  // namespace tessera

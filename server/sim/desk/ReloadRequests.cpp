@@ -23,9 +23,11 @@ std::optional<FileInScene> FileInScene::of(const Preparation& made) {
 
 ReloadRequests::ReloadRequests(const DeskSurroundings& around, OpenEdits& edits) : around_(around), edits_(edits) {
     if (!around.watchesFiles) return;
-    watch_ = std::make_unique<FileWatch>([this](std::uint64_t number, FileWatch::News news) {
-        around_.deliver([this, number, news](TimePoint) { return changed(number, news); });
-    });
+    watch_ = std::make_unique<FileWatch>(
+        [this](std::uint64_t number, FileWatch::News news) {
+            around_.deliver([this, number, news](TimePoint) { return changed(number, news); });
+        },
+        around_.lane, around_.time);
 }
 
 void ReloadRequests::say(const std::string& words, bool isWrong) const {

@@ -1,31 +1,13 @@
 #include "server/sim/desk/Uploads.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 
 #include <fmt/format.h>
 
 namespace tessera {
 
-namespace {
-/// An end comes behind a piece or is one of a connection's only: it always finds room.
-constexpr std::size_t kRoomForEnds = 65'536;
-}  // namespace
-
-Uploads::Uploads(std::function<void(UploadFinished)> onFinished, const Limits& limits)
-    : limits_(limits),
-      onFinished_(std::move(onFinished)),
-      orders_(2 * limits.maxPieces + kRoomForEnds),
-      thread_([this] { run(); }) {}
-
-Uploads::~Uploads() {
-    orders_.close();
-    while (orders_.tryPop()) {
-    }
-    thread_.join();
-}
+Uploads::Uploads(std::function<void(UploadFinished)> onFinished, const Limits& limits, const MakeLane& lane)
+    : limits_(limits), onFinished_(std::move(onFinished)), lane_(lane({.nice = 19})) {}
 
 std::optional<Error> Uploads::tooMuch(const Coming& coming, const message::Upload& piece) const {
     std::uint64_t more = 0;
@@ -61,7 +43,7 @@ void Uploads::take(ConnectionId connection, const message::Upload& piece) {
     ++waiting_;
     held_ += piece.bytes.size();
     coming.sent += piece.bytes.size();
-    (void)orders_.tryPush(Piece{coming.upload, piece});
+    lane_->post([this, upload = coming.upload, piece] { put(upload, piece); });
     for (const BlobInfo& blob : piece.blobs) coming.bytes += blob.sizeBytes;
     coming.blobs += piece.blobs.size();
     claimedBytes_ += coming.bytes - std::exchange(claimed_[coming.upload], coming.bytes);
@@ -77,7 +59,7 @@ Expected<Uploads::Closed> Uploads::close(ConnectionId connection) {
     }
     const Closed closed{found->second.upload, found->second.bytes};
     coming_.erase(found);
-    (void)orders_.tryPush(End{.upload = closed.upload, .wanted = true});
+    lane_->post([this, upload = closed.upload] { finishUpload(upload, true); });
     return closed;
 }
 
@@ -85,7 +67,7 @@ void Uploads::drop(ConnectionId connection) {
     const auto found = coming_.find(connection);
     if (found == coming_.end()) return;
     const std::uint64_t upload = found->second.upload;
-    if (claimed_.contains(upload)) (void)orders_.tryPush(End{.upload = upload, .wanted = false});
+    if (claimed_.contains(upload)) lane_->post([this, upload] { finishUpload(upload, false); });
     handedOver(upload);
     coming_.erase(found);
 }
@@ -98,37 +80,30 @@ void Uploads::handedOver(std::uint64_t upload) {
 }
 
 void Uploads::letGo(std::vector<Blob> blobs) {
-    if (!blobs.empty()) (void)orders_.tryPush(std::move(blobs));
+    if (!blobs.empty()) lane_->post([gone = std::move(blobs)] {});
 }
 
 void Uploads::letGo(std::vector<std::shared_ptr<const void>> unneeded) {
-    if (!unneeded.empty()) (void)orders_.tryPush(std::move(unneeded));
+    if (!unneeded.empty()) lane_->post([gone = std::move(unneeded)] {});
 }
 
-// ---- the thread
+// ---- the lane
 
-void Uploads::run() {
-    constexpr int kLowestPriority = 19;
-    (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kLowestPriority);  // of this thread, on Linux
-    std::unordered_map<std::uint64_t, Assembly> assemblies;
-    while (std::optional<Order> order = orders_.pop()) {
-        if (const auto* piece = std::get_if<Piece>(&*order)) {
-            --waiting_;
-            Assembly& assembly = assemblies[piece->upload];
-            assembly.held += piece->what.bytes.size();
-            add(assembly, piece->what);
-            if (assembly.error) held_ -= std::exchange(assembly.held, 0);  // it has thrown all away
-            continue;
-        }
-        if (!std::holds_alternative<End>(*order)) continue;
-        const End& end = std::get<End>(*order);
-        auto assembly = assemblies.extract(end.upload);
-        if (!assembly) continue;
-        const std::uint64_t held = assembly.mapped().held;
-        if (end.wanted) onFinished_({end.upload, finish(std::move(assembly.mapped()))});
-        assembly = {};
-        held_ -= held;
-    }
+void Uploads::put(std::uint64_t upload, const message::Upload& piece) {
+    --waiting_;
+    Assembly& assembly = assemblies_[upload];
+    assembly.held += piece.bytes.size();
+    add(assembly, piece);
+    if (assembly.error) held_ -= std::exchange(assembly.held, 0);  // it has thrown all away
+}
+
+void Uploads::finishUpload(std::uint64_t upload, bool wanted) {
+    auto assembly = assemblies_.extract(upload);
+    if (!assembly) return;
+    const std::uint64_t held = assembly.mapped().held;
+    if (wanted) onFinished_({upload, finish(std::move(assembly.mapped()))});
+    assembly = {};
+    held_ -= held;
 }
 
 void Uploads::add(Assembly& assembly, const message::Upload& piece) {

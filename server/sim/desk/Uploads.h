@@ -8,13 +8,11 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <unordered_map>
-#include <variant>
 #include <vector>
 
 #include "common/base/BlobMaker.h"
-#include "common/base/Channel.h"
+#include "common/base/LaneThreads.h"
 #include "common/session/ServerSession.h"
 
 namespace tessera {
@@ -25,7 +23,7 @@ struct UploadFinished {
     Expected<std::vector<Blob>> blobs;
 };
 
-/// Owns a thread, which copies each piece to its place and hashes it there, with the lowest priority that there is.
+/// Owns a lane, which copies each piece to its place and hashes it there, with the lowest priority that there is.
 /// `onFinished` is called on it. Everything else is for the frame thread, which looks at no byte of an array and waits
 /// for nobody.
 class Uploads {
@@ -36,12 +34,13 @@ public:
         /// Of all applications together: announced and not yet handed over; and come and not yet handed over or thrown
         /// away.
         std::uint64_t maxBytesOfAll = 4 * std::uint64_t{limits::kMaxUploadBytes};
-        /// Pieces that wait for the thread.
+        /// Pieces that wait for the lane.
         std::size_t maxPieces = 65'536;
     };
-    Uploads(std::function<void(UploadFinished)> onFinished, const Limits& limits);
-    explicit Uploads(std::function<void(UploadFinished)> onFinished) : Uploads(std::move(onFinished), Limits()) {}
-    ~Uploads();
+    Uploads(std::function<void(UploadFinished)> onFinished, const Limits& limits,
+            const MakeLane& lane = LaneThreads::make);
+    explicit Uploads(std::function<void(UploadFinished)> onFinished, const MakeLane& lane = LaneThreads::make)
+        : Uploads(std::move(onFinished), Limits(), lane) {}
 
     void take(ConnectionId connection, const message::Upload& piece);
     /// What has come of this application belongs to the proposal that is here now; its end follows by `onFinished`.
@@ -60,16 +59,7 @@ public:
     void letGo(std::vector<std::shared_ptr<const void>> unneeded);
 
 private:
-    /// The thread's.
-    struct Piece {
-        std::uint64_t upload = 0;
-        message::Upload what;
-    };
-    struct End {
-        std::uint64_t upload = 0;
-        bool wanted = true;
-    };
-    using Order = std::variant<Piece, End, std::vector<Blob>, std::vector<std::shared_ptr<const void>>>;
+    /// The lane's.
     struct Assembly {
         std::deque<BlobInfo> expected;  ///< the first is being put together
         std::optional<BlobMaker> first;
@@ -78,7 +68,8 @@ private:
         std::uint64_t held = 0;  ///< bytes that have come and are here
         std::optional<Error> error;
     };
-    void run();
+    void put(std::uint64_t upload, const message::Upload& piece);
+    void finishUpload(std::uint64_t upload, bool wanted);
     static void add(Assembly& assembly, const message::Upload& piece);
     [[nodiscard]] static Expected<std::vector<Blob>> finish(Assembly assembly);
 
@@ -95,10 +86,10 @@ private:
     std::map<ConnectionId, Coming> coming_;
     std::unordered_map<std::uint64_t, std::uint64_t> claimed_;  ///< bytes, by upload
     std::uint64_t claimedBytes_ = 0, lastUpload_ = 0;
-    std::atomic<std::size_t> waiting_{0};  ///< pieces
-    std::atomic<std::uint64_t> held_{0};   ///< bytes of these, and of what is being put together
-    Channel<Order> orders_;
-    std::thread thread_;
+    std::atomic<std::size_t> waiting_{0};                     ///< pieces
+    std::atomic<std::uint64_t> held_{0};                      ///< bytes of these, and of what is being put together
+    std::unordered_map<std::uint64_t, Assembly> assemblies_;  ///< the lane's
+    std::unique_ptr<Lane> lane_;                              ///< last
 };
 
 }  // namespace tessera

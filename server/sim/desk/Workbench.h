@@ -1,11 +1,11 @@
-/// A thread for what takes longer than a frame and needs no scene.
+/// What takes longer than a frame and needs no scene.
 #pragma once
 
 #include <functional>
-#include <thread>
+#include <memory>
+#include <utility>
 
-#include "common/base/Channel.h"
-#include "common/base/Clock.h"
+#include "common/base/Lane.h"
 #include "common/session/ServerSession.h"
 
 namespace tessera {
@@ -17,21 +17,21 @@ using WorkedOut = std::function<ServerActions(TimePoint now)>;
     return [then = std::move(then)](TimePoint) { return then(), ServerActions(); };
 }
 
-/// One piece of work behind the other, behind the frames. `deliver` is called on the thread of its
-/// own, all else by the frame thread.
+/// One piece of work behind the other, behind the frames. `deliver` is called by the lane, all else by the frame
+/// thread. Destruction waits for the piece that is under way.
 class Workbench {
 public:
-    explicit Workbench(std::function<void(WorkedOut)> deliver);
-    /// Waits for the piece that is under way.
-    ~Workbench();
-    void add(std::function<WorkedOut()> work) { (void)works_.push(std::move(work)); }
+    Workbench(std::function<void(WorkedOut)> deliver, const MakeLane& lane)
+        : deliver_(std::move(deliver)), lane_(lane({.nice = kNice})) {}
+    void add(std::function<WorkedOut()> work) {
+        lane_->post([this, work = std::move(work)] { deliver_(work()); });
+    }
 
 private:
-    void run();
+    static constexpr int kNice = 10;  ///< somebody waits for it: behind the frames, and not behind everything
 
     std::function<void(WorkedOut)> deliver_;
-    Channel<std::function<WorkedOut()>> works_;
-    std::thread thread_;
+    std::unique_ptr<Lane> lane_;
 };
 
 }  // namespace tessera

@@ -105,12 +105,12 @@ Actor programsRow(OutsideActors* outside) {
     row.say = [outside](const Occasion& occasion) {
         outside->frame = occasion.frame;
         std::vector<ChangeList> lists = std::exchange(outside->earlyVerdicts, {});
-        lists.push_back(outside->programs.verdicts(occasion.scene, clockNow()));
+        lists.push_back(outside->programs.verdicts(occasion.scene));
         return lists;
     };
     row.remarks = [outside] { return outside->programs.takeRemarks(); };
     row.awaited = [outside](const Aspect& scene, TimePoint) -> Actor::Awaited {
-        outside->earlyVerdicts.push_back(outside->programs.verdicts(scene, clockNow()));
+        outside->earlyVerdicts.push_back(outside->programs.verdicts(scene));
         return {.count = outside->programs.pending(),
                 .missing = "of the scene's programs are not tried yet; the first frames are drawn without them"};
     };

@@ -17,8 +17,9 @@ namespace tessera {
 struct OutsideActors {
     /// `drags` outlives it.
     OutsideActors(const Wall& wall, ManipulatorDrags& drags, Movies::Opener open, bool withNotices = true,
-                  const ExposureWish& exposureWish = {})
+                  const ExposureWish& exposureWish = {}, const TimeSource& time = machineTime())
         : inlines(wall),
+          programs({}, time),
           notices(wall),
           saysNotices(withNotices),
           films(std::move(open)),

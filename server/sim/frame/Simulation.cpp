@@ -34,6 +34,7 @@ Actor::Incoming::From fromOf(const Edit& edit) {
 Simulation::Simulation(const SimulationOptions& options)
     : maxObjects_(options.scene.maxObjects),
       committer_(options.scene),
+      time_(*options.time),
       workers_(options.threads > 1 ? std::make_unique<Workers>(options.threads) : nullptr),
       pipeline_(options.collision, workers_.get()),
       actors_(actorsOf(*step_, nullptr)) {
@@ -112,9 +113,9 @@ FrameResult Simulation::step(bool firstFrame, std::vector<Edit> edits, std::span
                              .rotation = wish.pose.rotation,
                              .scale = wish.pose.scale,
                              .source = static_cast<int>(wish.way ? wishes.lastWay(wish)->edit + 1 : 0)});
-    const auto begin = std::chrono::steady_clock::now();
+    const TimePoint begin = time_.now();
     result.collision = pipeline_.step(scene(), tentative, replies, seconds);
-    result.collisionMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    result.collisionMs = toMilliseconds(time_.now() - begin);
     const auto tellHand = [&](ObjectId id) {
         const Wish* wish = wishes.find(id);
         if (!wish) return;

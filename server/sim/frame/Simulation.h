@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/TimeSource.h"
 #include "common/base/Workers.h"
 #include "server/collision/pipeline/CollisionPipeline.h"
 #include "server/sim/commit/Committer.h"
@@ -23,6 +24,7 @@ struct SimulationOptions {
     SceneLimits scene;
     unsigned threads = 1;  ///< of the collision pipeline; results do not depend on them
     CollisionLimits collision;
+    const TimeSource* time = &machineTime();  ///< for what is reported alone
 };
 
 /// Deterministic: the same edits and replies in the same frames give the same scenes, contacts and events. Time,
@@ -215,7 +217,8 @@ private:
     ById<Pose> wanted_;                ///< of one edit
     std::optional<Arriving> arriving_;
     std::optional<EditOutcome> awaited_;  ///< of the step under way, where somebody waits for it
-    std::unique_ptr<Workers> workers_;    ///< null: one thread
+    const TimeSource& time_;
+    std::unique_ptr<Workers> workers_;  ///< null: one thread
     CollisionPipeline pipeline_;
     ServersNodes serversNodes_;
     Typesetter typesetter_;

@@ -1,13 +1,11 @@
 #include "server/sim/journal/Journal.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
@@ -22,7 +20,8 @@
 namespace tessera {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+/// Records that wait: more are no disk's.
+constexpr std::uint64_t kMostQueued = 1 << 16;
 
 /// The same scene from wherever the server is started.
 std::vector<std::string> absolute(std::vector<std::string> scenes) {
@@ -126,7 +125,7 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     for (const std::string& old : files->unfinished) folder->remove(old);
 
     std::unique_ptr<Journal> journal(new Journal(std::move(options), std::move(*folder), log, std::move(onProgress)));
-    journal->epoch_ = nextEpoch(state.epoch, std::chrono::system_clock::now());
+    journal->epoch_ = nextEpoch(state.epoch, journal->time_.date());
     journal->writtenEpoch_ = journal->epoch_;
     journal->sequence_ = state.sequence;
     journal->stateHash_ = state.scene.stateHash();
@@ -149,7 +148,10 @@ Expected<Journal::Opened> Journal::open(JournalOptions options, BlobStore& array
     journal->sequence_ = numbers.behind;
     // (Names are synced by now: what is left over goes only once the disk has what replaces it.)
     for (const std::string& old : files->leftOver) journal->folder_.remove(old);
-    journal->thread_ = std::thread([self = journal.get()] { self->run(); });
+    journal->lane_->post([self = journal.get()] {
+        self->compact();  // where earlier servers have left much
+        self->lookAround();
+    });
     return Opened{
         .journal = std::move(journal), .state = std::move(state), .nextId = numbers.nextId, .behind = numbers.behind};
 }
@@ -159,13 +161,16 @@ Journal::Journal(JournalOptions options, JournalFolder folder, Log& log, std::fu
       scenes_(std::move(options.scenes)),
       folder_(std::move(folder)),
       log_(log),
-      onProgress_(std::move(onProgress)) {}
+      onProgress_(std::move(onProgress)),
+      time_(*options.time),
+      compactor_(options.lane({.nice = 10})),  // frames come first
+      lane_(options.lane({})) {}
 
 Journal::~Journal() {
     closing_ = true;
-    queue_.close();
-    if (thread_.joinable()) thread_.join();
-    if (compactor_.joinable()) compactor_.join();
+    lane_->finish();
+    writeAtTheEnd();
+    compactor_.reset();
 }
 
 void Journal::started(const CommittedFrame& scene) {
@@ -241,9 +246,9 @@ void Journal::hand(Item item) {
     ++handed_;  // though it has ended: who waits for it is never told that it is written
     if (ended_) return;
     // One that is larger than all that may wait is taken, where nothing else waits.
-    if (queuedBytes_.fetch_add(item.bytes) > limits_.maxQueuedBytes ||
-        !queue_.tryPush(std::make_unique<const Item>(std::move(item))))
-        end("the disk is too slow, or has been full for too long");
+    if (queuedBytes_.fetch_add(item.bytes) > limits_.maxQueuedBytes || queued_.fetch_add(1) >= kMostQueued)
+        return end("the disk is too slow, or has been full for too long");
+    lane_->post([this, taken = std::make_shared<const Item>(std::move(item))] { take(taken); });
 }
 
 void Journal::tellWhen(std::uint64_t written) {
@@ -267,59 +272,74 @@ std::optional<Error> Journal::trouble() const {
                  fmt::format("the journal {} cannot be written: {}", folder(), std::strerror(error))};
 }
 
-// ---- the writing thread
+// ---- the writing lane
 
-void Journal::run() {
-    compact();  // where earlier servers have left much
-    while (true) {
-        const TimePoint wakeAt = unsynced_ ? std::min(unsyncedSince_ + limits_.syncEvery, lookedAt_ + limits_.lookEvery)
-                                           : lookedAt_ + limits_.lookEvery;
-        const std::optional<std::unique_ptr<const Item>> item =
-            queue_.popFor(std::max<Duration>(Duration{1}, wakeAt - Clock::now()));
-        if (item) {
-            write(**item);
-            if (!ended_) rotateIfLong();
-        } else if (queue_.closed()) {
-            break;
-        }
-        syncIfDue(false);
-        lookAround();
-    }
-    // What came between the last look and the end.
-    while (const auto item = queue_.tryPop()) write(**item);
-    syncIfDue(true);
+void Journal::take(std::shared_ptr<const Item> item) {
+    left_.push_back(std::move(item));
+    if (!retries_) writeLeft();
 }
 
-void Journal::write(const Item& item) {
-    const TimePoint giveUp = Clock::now() + std::chrono::seconds(1);
-    bool appended = false;
-    while (!ended_) {
-        int error = appended ? 0 : append(item);
-        appended = error == 0;
-        // Granted is what a later start will miss, were it gone.
-        if (appended) error = folder_.last().say(file_.bytes(), syncedBytes_);
-        if (error == 0) break;
-        if (error < 0) return end("an array that a list names is not here");
-        failed(error);
-        if (closing_ && Clock::now() > giveUp) return end(std::strerror(error));
-        std::this_thread::sleep_for(
-            closing_ ? std::min<std::chrono::milliseconds>(limits_.retryEvery, std::chrono::milliseconds(100))
-                     : limits_.retryEvery);
+void Journal::writeLeft() {
+    for (; !left_.empty(); left_.pop_front()) {
+        if (!write(*left_.front())) {
+            retries_ = true;
+            return lane_->postAt(time_.now() + limits_.retryEvery, [this] {
+                retries_ = false;
+                writeLeft();
+            });
+        }
+        if (!ended_) rotateIfLong();
+        syncIfDue();  // its time may come while many records wait
     }
+}
+
+/// Who waits for the end of the server waits for a disk that takes nothing for about a second.
+void Journal::writeAtTheEnd() {
+    constexpr auto kLongestPause = std::chrono::milliseconds(100);
+    int tries = 10;
+    for (; !left_.empty(); left_.pop_front())
+        while (!write(*left_.front())) {
+            if (--tries == 0) {
+                end(std::strerror(error_));
+                break;
+            }
+            std::this_thread::sleep_for(std::min<std::chrono::milliseconds>(limits_.retryEvery, kLongestPause));
+        }
+    if (unsynced_) sync();
+}
+
+bool Journal::write(const Item& item) {
+    if (!ended_) {
+        int error = appended_ ? 0 : append(item);
+        appended_ = error == 0;
+        // Granted is what a later start will miss, were it gone.
+        if (appended_) error = folder_.last().say(file_.bytes(), syncedBytes_);
+        if (error < 0) {
+            end("an array that a list names is not here");
+        } else if (error > 0) {
+            failed(error);
+            return ended_;
+        }
+    }
+    appended_ = false;
     endWhereItWasTakenAway();
-    if (ended_) return;
+    if (ended_) return true;
     if (error_.exchange(0) != 0) log_.info(fmt::format("{}: the journal is written again", folder()));
     if (const auto* frame = std::get_if<journal::Frame>(&item.what)) {
         sequence_ = frame->sequence;
         stateHash_ = frame->stateHash;
     }
     if (const auto* raised = std::get_if<journal::Raised>(&item.what)) writtenEpoch_ = raised->epoch;
-    if (!unsynced_) unsyncedSince_ = Clock::now();
-    unsynced_ = true;
+    if (!std::exchange(unsynced_, true)) {
+        unsyncedSince_ = time_.now();
+        lane_->postAt(unsyncedSince_ + limits_.syncEvery, [this] { syncIfDue(); });
+    }
     writtenBytes_ = earlierBytes_ + file_.bytes();
     queuedBytes_ -= item.bytes;
+    --queued_;
     const std::uint64_t now = ++written_;
     if (const std::uint64_t at = tellAt_; at != 0 && now >= at) tell();
+    return true;
 }
 
 int Journal::append(const Item& item) {
@@ -335,8 +355,8 @@ int Journal::append(const Item& item) {
     return file_.append(encodeJournal(*frame));
 }
 
-void Journal::syncIfDue(bool now) {
-    if (unsynced_ && (now || Clock::now() >= unsyncedSince_ + limits_.syncEvery)) sync();
+void Journal::syncIfDue() {
+    if (unsynced_ && time_.now() >= unsyncedSince_ + limits_.syncEvery) sync();
 }
 
 void Journal::sync() {
@@ -363,8 +383,8 @@ void Journal::endWhereItWasTakenAway() {
 }
 
 void Journal::lookAround() {
-    if (ended_ || Clock::now() < lookedAt_ + limits_.lookEvery) return;
-    lookedAt_ = Clock::now();
+    if (ended_) return;
+    lane_->postAt(time_.now() + limits_.lookEvery, [this] { lookAround(); });
     endWhereItWasTakenAway();
     // (While a snapshot replaces logs, a list of names may have neither.)
     if (ended_ || compacting_) return;
@@ -402,8 +422,8 @@ journal::Opening Journal::openingOf(std::uint64_t number, const journal::LogBefo
 
 void Journal::rotateIfLong() {
     const bool isLong = earlierBytes_ + file_.bytes() > std::max(limits_.compactBytes, snapshotBytes_.load());
-    if (!isLong || compacting_ || Clock::now() < rotateAgainAt_) return;
-    rotateAgainAt_ = Clock::now() + std::chrono::seconds(1);
+    if (!isLong || compacting_ || time_.now() < rotateAgainAt_) return;
+    rotateAgainAt_ = time_.now() + std::chrono::seconds(1);
     // What is before the new log is whole for good, so only the very last log may ever be torn.
     sync();
     if (ended_) return;
@@ -430,12 +450,10 @@ void Journal::compact() {
     if (compacting_ || (earlierBytes_ <= std::max(limits_.compactBytes, snapshotBytes_.load()) &&
                         logsSinceSnapshot_ <= limits_.maxLogs))
         return;
-    if (compactor_.joinable()) compactor_.join();
     compacting_ = true;
     earlierBytes_ = 0;
     logsSinceSnapshot_ = 1;
-    compactor_ = std::thread([this, upTo = logNumber_] {
-        ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), 10);  // frames come first
+    compactor_->post([this, upTo = logNumber_] {
         const Expected<std::uint64_t> bytes = compactJournal(folder_, upTo, limits_, closing_);
         endWhereASyncFailed();
         if (bytes)

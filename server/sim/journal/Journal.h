@@ -2,16 +2,16 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <vector>
 
-#include "common/base/Channel.h"
-#include "common/base/Clock.h"
+#include "common/base/LaneThreads.h"
 #include "common/base/Log.h"
+#include "common/base/TimeSource.h"
 #include "server/sim/journal/JournalFolder.h"
 #include "server/sim/journal/JournalState.h"
 
@@ -25,11 +25,13 @@ struct JournalOptions {
     std::string placing;              ///< options that say how they stand ("--up z"); empty: none
     JournalLimits limits;
     std::shared_ptr<FileSystem> calls = std::make_shared<FileSystem>();
+    MakeLane lane = LaneThreads::make;
+    const TimeSource* time = &machineTime();
 };
 
-/// The frame thread hands over and never waits; a thread of the journal's own writes a record at a time, so that what
-/// is written survives a killed server, and sees to it that the disk has it every JournalLimits::syncEvery. Once the
-/// logs are long enough, another thread reads them and makes a snapshot of them; the frame thread's scene is not asked.
+/// The frame thread hands over and never waits; a lane of the journal's own writes a record at a time, so that what is
+/// written survives a killed server, and sees to it that the disk has it every JournalLimits::syncEvery. Once the logs
+/// are long enough, another lane reads them and makes a snapshot of them; the frame thread's scene is not asked.
 ///
 /// **What fails.** Where a record cannot be written (a full disk), it is tried again until it can; meanwhile records
 /// wait in memory. `trouble` says so. Where too much waits, or a sync fails, whatever was to be synced, the journal has
@@ -47,7 +49,7 @@ public:
     };
     /// Reads what the folder has, cuts off what a killed server has not finished (it is kept in a file beside), and
     /// begins a new log. Arrays are in
-    /// `arrays` for as long as somebody holds them. `onProgress`: called on the journal's thread once what `tellWhen`
+    /// `arrays` for as long as somebody holds them. `onProgress`: called on the journal's lane once what `tellWhen`
     /// asks for is so. Refused: another server has it; another --scene; damage.
     [[nodiscard]] static Expected<Opened> open(JournalOptions options, BlobStore& arrays, Log& log,
                                                std::function<void()> onProgress);
@@ -91,17 +93,21 @@ private:
     /// Takes more numbers, long before those that are taken have been given.
     void takeNumbers(const CommittedFrame& frame);
 
-    void run();
-    void write(const Item& item);
+    // The writing lane's.
+    void take(std::shared_ptr<const Item> item);
+    void writeLeft();
+    /// False: it cannot be now, and is tried again.
+    [[nodiscard]] bool write(const Item& item);
     /// An errno; 0 once all of it is in the file; -1: an array is not here.
     [[nodiscard]] int append(const Item& item);
-    void syncIfDue(bool now);
+    void syncIfDue();
     void sync();
     void endWhereASyncFailed();
     void failed(int error);
     void end(const std::string& why, std::string_view whatIsLeft = "what is written can be gone on from");
     void endWhereItWasTakenAway();
     void lookAround();
+    void writeAtTheEnd();
     void tell();
     [[nodiscard]] journal::Opening openingOf(std::uint64_t number, const journal::LogBefore& before) const;
     void rotateIfLong();
@@ -121,8 +127,7 @@ private:
     std::uint64_t displayVersion_ = 0, viewVersion_ = 0;
 
     // Between the two.
-    Channel<std::unique_ptr<const Item>> queue_{1 << 16};
-    std::atomic<std::uint64_t> queuedBytes_{0}, written_{0}, writtenBytes_{0};
+    std::atomic<std::uint64_t> queued_{0}, queuedBytes_{0}, written_{0}, writtenBytes_{0};
     std::atomic<std::uint64_t> tellAt_{0};  ///< 0: nobody asked
     std::atomic<int> error_{0};             ///< errno of the write that is tried again
     std::atomic<bool> ended_{false};
@@ -130,7 +135,10 @@ private:
     std::string whyEnded_;  ///< written once, by who ended it, before `whyIsKnown_`
     std::atomic<bool> closing_{false};
 
-    // The writing thread's.
+    // The writing lane's.
+    std::deque<std::shared_ptr<const Item>> left_;  ///< to be written
+    bool appended_ = false;                         ///< the first of them is in the log, and not in `last`
+    bool retries_ = false;                          ///< at a time that has not come
     JournalFile file_;
     JournalArrays arrays_;
     Epoch writtenEpoch_;  ///< the newest in the log
@@ -140,13 +148,14 @@ private:
     Sequence sequence_;
     StateHash stateHash_;
     bool unsynced_ = false, saidThatItGrows_ = false;
-    TimePoint unsyncedSince_{}, rotateAgainAt_{}, lookedAt_{};
-    std::thread thread_;
+    TimePoint unsyncedSince_{}, rotateAgainAt_{};
 
-    // Of the thread that makes snapshots.
+    // Of the lane that makes snapshots.
     std::atomic<bool> compacting_{false};
     std::atomic<std::uint64_t> snapshotBytes_{0};
-    std::thread compactor_;
+
+    const TimeSource& time_;
+    std::unique_ptr<Lane> compactor_, lane_;  ///< last: they work with what stands above
 };
 
 }  // namespace tessera

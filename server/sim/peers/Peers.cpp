@@ -32,15 +32,16 @@ ServerSessionConfig sessionConfigOf(const Wall& wall, Epoch epoch) {
 }
 
 Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver,
-             std::shared_ptr<KeyRing> keys, std::function<void(const std::string&)> onKeys)
+             const Platform& platform, std::shared_ptr<KeyRing> keys, std::function<void(const std::string&)> onKeys)
     : blobs_(blobs),
+      time_(*platform.time),
       keys_(std::move(keys)),
       insecure_(config.insecure),
       heartbeat_(config.sync.heartbeat),
       session_([&] {
           if (keys_)
-              config.passOf = [keys = keys_](std::string_view word) {
-                  return keys->current()->passOf(word, std::chrono::system_clock::now());
+              config.passOf = [keys = keys_, time = platform.time](std::string_view word) {
+                  return keys->current()->passOf(word, time->date());
               };
           if (keys_)
               config.panelOf = [keys = keys_, own = config.panelOf](const std::string& panel) {
@@ -48,26 +49,26 @@ Peers::Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<v
                   return text ? text : keys->current()->panelOf(panel);
               };
           config.unsentBytes = [this](ConnectionId connection) {
-              return transport_.queuedBytes(LinkId{connection.value});
+              return transport_->queuedBytes(LinkId{connection.value});
           };
           return std::move(config);
       }()),
-      transport_({.maxStrangers = withinDescriptors(TransportLimits().maxStrangers, 8),
-                  .lastWord = noRoom(),
-                  .maxUntakenBytes = kMaxUnhandledBytes,
-                  .tls = keys_ ? CurrentKeys([this] { return keys_->current(); }) : nullptr,
-                  .maxPayload = maxPayloadBytesFromPeer},
-                 std::move(deliver)) {
-    if (keys_) keys_->watch([this] { transport_.judgeAgain(); }, std::move(onKeys));
+      transport_(platform.transport({.maxStrangers = withinDescriptors(TransportLimits().maxStrangers, 8),
+                                     .lastWord = noRoom(),
+                                     .maxUntakenBytes = kMaxUnhandledBytes,
+                                     .tls = keys_ ? CurrentKeys([this] { return keys_->current(); }) : nullptr,
+                                     .maxPayload = maxPayloadBytesFromPeer},
+                                    std::move(deliver))) {
+    if (keys_) keys_->watch([this] { transport_->judgeAgain(); }, std::move(onKeys));
 }
 
 void Peers::describe(answer::Status& status) const {
-    const Transport::Traffic traffic = transport_.traffic();
+    const Transport::Traffic traffic = transport_->traffic();
     status.sentBytes = traffic.sent;
     status.receivedBytes = traffic.received;
     if (insecure_) status.keys.emplace_back("--insecure: whoever comes from another machine may do all");
     if (!keys_) return;
-    const auto now = std::chrono::system_clock::now();
+    const DateTime now = time_.date();
     const std::shared_ptr<const TlsContext> keys = keys_->current();
     for (const KeyEnd& end : keys->endsSoon(now)) status.keys.push_back(toText(end, now));
     using Days = std::chrono::duration<double, std::ratio<86'400>>;
@@ -99,7 +100,7 @@ ServerActions Peers::handle(const LinkEvent& event) {
     }
     const auto& message = std::get<link_event::Received>(event.what);
     ServerActions wanted = received(message, event.at);
-    transport_.taken(message.link, message.payload.size());
+    transport_->taken(message.link, message.payload.size());
     return wanted;
 }
 
@@ -130,7 +131,7 @@ ServerActions Peers::perform(ServerActions actions) {
             if (!ahead && std::holds_alternative<message::Swap>(*wanted->message)) ahead.emplace();
             send(wanted->connection, wanted->message);
         } else if (const auto* close = std::get_if<server_action::Close>(&action)) {
-            transport_.close(LinkId{close->connection.value}, close->reason);
+            transport_->close(LinkId{close->connection.value}, close->reason);
             open_.erase(close->connection);
         } else if (const auto* blob = std::get_if<server_action::BlobRequested>(&action)) {
             send(blob->connection, std::make_shared<const Message>(chunkFor(blob->request)));
@@ -144,11 +145,11 @@ ServerActions Peers::perform(ServerActions actions) {
 void Peers::send(ConnectionId connection, const MessagePtr& message) {
     if (last_.message != message) last_ = {.message = message, .encoded = share(encodeMessage(*message))};
     const LinkId link{connection.value};
-    transport_.send(link, wireType(*message), session_.epoch(), last_.encoded);
+    transport_->send(link, wireType(*message), session_.epoch(), last_.encoded);
     if (!std::holds_alternative<message::Welcome>(*message)) return;
     // The session's heartbeats come from the frame thread, which may be away for long. Then the network speaks for us.
     const Message life = message::Heartbeat{};
-    transport_.keepAlive(link, heartbeat_, wireType(life), session_.epoch(), share(encodeMessage(life)));
+    transport_->keepAlive(link, heartbeat_, wireType(life), session_.epoch(), share(encodeMessage(life)));
 }
 
 message::BlobChunk Peers::chunkFor(const message::BlobRequest& request) const {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "common/base/Blob.h"
-#include "common/net/Transport.h"
+#include "common/net/Platform.h"
 #include "common/request/StatusRequests.h"
 #include "common/session/ServerSession.h"
 #include "common/tls/KeyRing.h"
@@ -32,19 +32,20 @@ public:
     /// `keys`: the server's; null: no link is sealed. `onKeys`: what people should know of
     /// them, on a thread of theirs.
     Peers(ServerSessionConfig config, const BlobStore& blobs, std::function<void(LinkEvent)> deliver,
-          std::shared_ptr<KeyRing> keys = nullptr, std::function<void(const std::string&)> onKeys = {});
+          const Platform& platform, std::shared_ptr<KeyRing> keys = nullptr,
+          std::function<void(const std::string&)> onKeys = {});
     ~Peers();
 
     /// See Transport.
     [[nodiscard]] Expected<std::uint16_t> listen(const Address& address,
                                                  const std::function<void(std::uint16_t)>& onBound = {}) {
-        return transport_.listen(address, onBound);
+        return transport_->listen(address, onBound);
     }
 
     /// Waits for the network by doing its work: see Transport.
-    [[nodiscard]] bool attend(TimePoint until) { return transport_.attend(until); }
+    [[nodiscard]] bool attend(TimePoint until) { return transport_->attend(until); }
     /// From any thread.
-    void wake() { transport_.wake(); }
+    void wake() { transport_->wake(); }
 
     /// What is left once sends and closes are done and blobs have been handed out (SessionActions).
     [[nodiscard]] ServerActions handle(const LinkEvent& event);
@@ -52,7 +53,7 @@ public:
     [[nodiscard]] ServerActions perform(ServerActions actions);
 
     /// Whether what this peer has said may be handled now.
-    [[nodiscard]] bool mayServe(LinkId link) const { return transport_.queuedBytes(link) <= kMaxUnsentBytes; }
+    [[nodiscard]] bool mayServe(LinkId link) const { return transport_->queuedBytes(link) <= kMaxUnsentBytes; }
     /// A host's control connection, which frames wait for.
     [[nodiscard]] bool isHost(LinkId link) const { return session_.isHost(ConnectionId{link.value}); }
     /// Something that this peer has said waits for its turn: it is not silent, whenever its last word was handled.
@@ -73,6 +74,7 @@ private:
     [[nodiscard]] message::BlobChunk chunkFor(const message::BlobRequest& request) const;
 
     const BlobStore& blobs_;
+    const TimeSource& time_;
     std::shared_ptr<KeyRing> keys_;
     bool insecure_ = false;
     std::chrono::milliseconds heartbeat_;
@@ -83,7 +85,7 @@ private:
         MessagePtr message;
         SharedChain encoded;
     } last_;
-    Transport transport_;  ///< last: its thread ends before the rest goes
+    std::unique_ptr<Transport> transport_;  ///< last: its thread ends before the rest goes
 };
 
 }  // namespace tessera

@@ -26,12 +26,12 @@ record::Opening openingOfThisServer(unsigned threads) {
 
 Expected<std::unique_ptr<RecordingWriter>> RecordingWriter::create(const std::string& path,
                                                                    const record::Opening& opening, Log& log,
-                                                                   const RecordingLimits& limits) {
+                                                                   const RecordingLimits& limits, MakeLane lane) {
     const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     if (file < 0)
         return fail(ErrorCode::kFailed,
                     fmt::format("{}: the recording cannot be written: {}", path, std::strerror(errno)));
-    std::unique_ptr<RecordingWriter> writer(new RecordingWriter(path, file, log, limits));
+    std::unique_ptr<RecordingWriter> writer(new RecordingWriter(path, file, log, limits, std::move(lane)));
     if (const int error = writeAll(file, asBytes(kRecordingMark), {}))
         return fail(ErrorCode::kFailed,
                     fmt::format("{}: the recording cannot be written: {}", path, std::strerror(error)));
@@ -40,13 +40,12 @@ Expected<std::unique_ptr<RecordingWriter>> RecordingWriter::create(const std::st
     return writer;
 }
 
-RecordingWriter::RecordingWriter(std::string path, int file, Log& log, const RecordingLimits& limits)
-    : path_(std::move(path)), file_(file), log_(log), limits_(limits) {}
+RecordingWriter::RecordingWriter(std::string path, int file, Log& log, const RecordingLimits& limits, MakeLane lane)
+    : path_(std::move(path)), file_(file), log_(log), limits_(limits), makeLane_(std::move(lane)) {}
 
 RecordingWriter::~RecordingWriter() {
     hand(encodeClosing({.frames = frames_}));
-    queue_.close();
-    if (thread_.joinable()) thread_.join();
+    if (lane_) lane_->finish();
     ::close(file_);
 }
 
@@ -64,13 +63,7 @@ void RecordingWriter::started(const CommittedFrame& scene) {
 void RecordingWriter::frameBegins(FrameNumber frame, bool first, std::span<const Edit> edits,
                                   std::span<const Reply> replies) {
     if (ended_) return;
-    if (!thread_.joinable())
-        thread_ = std::thread([this] {
-            while (const std::optional<RecordContent> content = queue_.pop()) {
-                write(*content);
-                queuedBytes_ -= content->bytes().size();
-            }
-        });
+    if (!lane_) lane_ = makeLane_({});
     for (const Edit& edit : edits)
         if (!isStep(edit.kind)) handArraysOf(edit.list);
     hand(encodeInputs(frame, first, edits, replies));
@@ -92,11 +85,15 @@ void RecordingWriter::handArraysOf(const ChangeList& list) {
 
 void RecordingWriter::hand(RecordContent content) {
     if (ended_) return;
-    if (!thread_.joinable()) return write(content);
-    const std::uint64_t bytes = content.bytes().size();
+    if (!lane_) return write(content);
+    constexpr std::uint64_t kCost = 256;  // of one that waits, beside its bytes
+    const std::uint64_t bytes = content.bytes().size() + kCost;
     if (queuedBytes_ + bytes > limits_.maxQueuedBytes) return end("the disk is too slow for it");
     queuedBytes_ += bytes;
-    if (!queue_.tryPush(std::move(content))) end("the disk is too slow for it");
+    lane_->post([this, bytes, taken = std::make_shared<const RecordContent>(std::move(content))] {
+        write(*taken);
+        queuedBytes_ -= bytes;
+    });
 }
 
 void RecordingWriter::write(const RecordContent& content) {

@@ -4,10 +4,9 @@
 #include <atomic>
 #include <memory>
 #include <string>
-#include <thread>
 #include <unordered_set>
 
-#include "common/base/Channel.h"
+#include "common/base/LaneThreads.h"
 #include "common/base/Log.h"
 #include "server/sim/recording/RecordingFormat.h"
 
@@ -16,7 +15,7 @@ namespace tessera {
 /// What this program is, with so many threads for collisions.
 [[nodiscard]] record::Opening openingOfThisServer(unsigned threads);
 
-/// The frame thread hands over and goes on; a thread of the writer's own writes, a record at a time, so that the file
+/// The frame thread hands over and goes on; a lane of the writer's own writes, a record at a time, so that the file
 /// has what happened up to the last moment when the server is killed. A recording is never worth a frame: when the disk
 /// is full, or too slow (RecordingLimits::maxQueuedBytes), or the file too long, the recording ends with one line in
 /// the log and the wall goes on; what has been written until then can be replayed.
@@ -28,7 +27,8 @@ public:
     /// Makes or overwrites the file. kFailed says why that cannot be.
     [[nodiscard]] static Expected<std::unique_ptr<RecordingWriter>> create(const std::string& path,
                                                                            const record::Opening& opening, Log& log,
-                                                                           const RecordingLimits& limits = {});
+                                                                           const RecordingLimits& limits = {},
+                                                                           MakeLane lane = LaneThreads::make);
     /// Ends the recording in order and waits until it is written.
     ~RecordingWriter();
     RecordingWriter(const RecordingWriter&) = delete;
@@ -45,7 +45,7 @@ public:
     [[nodiscard]] bool recording() const { return !ended_; }
 
 private:
-    RecordingWriter(std::string path, int file, Log& log, const RecordingLimits& limits);
+    RecordingWriter(std::string path, int file, Log& log, const RecordingLimits& limits, MakeLane lane);
     void hand(RecordContent content);
     void handArraysOf(const ChangeList& list);
     void write(const RecordContent& content);
@@ -57,12 +57,12 @@ private:
     RecordingLimits limits_;
     std::unordered_set<BlobId> arrays_;  ///< handed over already
     std::uint64_t frames_ = 0;
-    std::uint64_t number_ = 0;        ///< of the next record; the writing thread's once that runs
+    std::uint64_t number_ = 0;        ///< of the next record; the lane's once there is one
     std::uint64_t writtenBytes_ = 0;  ///< as number_
     std::atomic<std::uint64_t> queuedBytes_{0};
     std::atomic<bool> ended_{false};
-    Channel<RecordContent> queue_{1 << 16};
-    std::thread thread_;  ///< runs from the first frame on
+    MakeLane makeLane_;
+    std::unique_ptr<Lane> lane_;  ///< from the first frame on
 };
 
 }  // namespace tessera

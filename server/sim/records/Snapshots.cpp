@@ -1,8 +1,6 @@
 #include "server/sim/records/Snapshots.h"
 
-#include <sys/resource.h>
-
-#include <limits>
+#include <utility>
 
 #include "common/codec/ChangeCodec.h"
 #include "common/codec/SnapshotCodec.h"
@@ -26,8 +24,29 @@ std::size_t bytesOf(const SnapshotMade& made) {
     return made.content.empty() ? made.snapshot.list->encoded.size() : made.content.sizeBytes();
 }
 
+SnapshotMade snapshotOf(const Aspect& scene, Sequence sequence) {
+    CommittedList whole{.sequence = sequence, .stateHash = scene.stateHash(), .encoded = {}, .blobs = {}};
+    std::vector<Blob> arrays;
+    {
+        const ChangeList list = snapshot(scene);  // as large as the scene: gone before the rest is made
+        whole.encoded = encodeChangeList(list);
+        arrays = blobsOf(list);
+        for (const Blob& blob : arrays) whole.blobs.push_back({blob.id(), blob.sizeBytes()});
+    }
+    if (whole.encoded.size() + whole.blobs.size() * sizeof(BlobInfo) <= Snapshots::kSmallBytes)
+        return {.snapshot = {.list = share(std::move(whole))}, .content = {}, .arrays = std::move(arrays)};
+    Blob content = encodeSnapshot(whole);
+    const BlobInfo named{content.id(), content.sizeBytes()};
+    CommittedListPtr place = share(CommittedList{.sequence = sequence, .stateHash = whole.stateHash});
+    return {.snapshot = {.list = std::move(place), .content = named},
+            .content = std::move(content),
+            .arrays = std::move(arrays)};
+}
+
+}  // namespace
+
 /// An aspect that follows committed lists, some behind.
-class Follower {
+class Snapshots::Follower {
 public:
     [[nodiscard]] const Aspect& scene() const { return scene_; }
     [[nodiscard]] Sequence sequence() const { return sequence_; }
@@ -63,59 +82,32 @@ private:
     std::size_t trailingBytes_ = 0;
 };
 
-SnapshotMade snapshotOf(const Aspect& scene, Sequence sequence) {
-    CommittedList whole{.sequence = sequence, .stateHash = scene.stateHash(), .encoded = {}, .blobs = {}};
-    std::vector<Blob> arrays;
-    {
-        const ChangeList list = snapshot(scene);  // as large as the scene: gone before the rest is made
-        whole.encoded = encodeChangeList(list);
-        arrays = blobsOf(list);
-        for (const Blob& blob : arrays) whole.blobs.push_back({blob.id(), blob.sizeBytes()});
-    }
-    if (whole.encoded.size() + whole.blobs.size() * sizeof(BlobInfo) <= Snapshots::kSmallBytes)
-        return {.snapshot = {.list = share(std::move(whole))}, .content = {}, .arrays = std::move(arrays)};
-    Blob content = encodeSnapshot(whole);
-    const BlobInfo named{content.id(), content.sizeBytes()};
-    CommittedListPtr place = share(CommittedList{.sequence = sequence, .stateHash = whole.stateHash});
-    return {.snapshot = {.list = std::move(place), .content = named},
-            .content = std::move(content),
-            .arrays = std::move(arrays)};
-}
-
-}  // namespace
-
-Snapshots::Snapshots(ServerSession& session, BlobStore& blobs, std::function<void(SnapshotMade)> deliver)
+Snapshots::Snapshots(ServerSession& session, BlobStore& blobs, std::function<void(SnapshotMade)> deliver,
+                     const MakeLane& lane)
     : session_(session),
       blobs_(blobs),
       deliver_(std::move(deliver)),
-      orders_(std::numeric_limits<std::size_t>::max()),
-      thread_([this] { work(); }) {}
+      follower_(std::make_unique<Follower>()),
+      lane_(lane({.nice = kNice})) {}
 
-Snapshots::~Snapshots() {
-    orders_.close();
-    thread_.join();
-}
+Snapshots::~Snapshots() = default;
 
-void Snapshots::work() {
-    (void)setpriority(PRIO_PROCESS, 0, kNice);  // Linux: of this thread
-    Follower follower;
-    while (auto order = orders_.pop()) {
-        if (orders_.closed()) return;
-        if (const auto* apply = std::get_if<Apply>(&*order)) {
-            follower.follow(*apply->lists);
-            waitingBytes_ -= apply->lists->bytes();
-        } else if (const auto* at = std::get_if<LookAt>(&*order)) {
-            at->look(!at->sequence || follower.goTo(*at->sequence) ? &follower.scene() : nullptr);
-        } else if (const auto* look = std::get_if<LookAtNewest>(&*order)) {
-            // Lists are orders, too: all that was followed before this is here.
-            follower.catchUp();
-            (*look)(follower.scene(), follower.sequence());
-        } else {
-            follower.catchUp();
-            deliver_(snapshotOf(follower.scene(), follower.sequence()));
-        }
-        --ordersUnderWay_;
+/// On the lane.
+void Snapshots::work(Order& order) {
+    if (const auto* apply = std::get_if<Apply>(&order)) {
+        follower_->follow(*apply->lists);
+        waitingBytes_ -= apply->lists->bytes();
+    } else if (const auto* at = std::get_if<LookAt>(&order)) {
+        at->look(!at->sequence || follower_->goTo(*at->sequence) ? &follower_->scene() : nullptr);
+    } else if (const auto* look = std::get_if<LookAtNewest>(&order)) {
+        // Lists are orders, too: all that was followed before this is here.
+        follower_->catchUp();
+        (*look)(follower_->scene(), follower_->sequence());
+    } else {
+        follower_->catchUp();
+        deliver_(snapshotOf(follower_->scene(), follower_->sequence()));
     }
+    --ordersUnderWay_;
 }
 
 void Snapshots::follow(const CommittedFrame& committed) {
@@ -155,10 +147,10 @@ void Snapshots::handOver() {
 }
 
 void Snapshots::pump(Room room) {
-    // What has gone over is the thread's alone.
+    // What has gone over is the lane's alone.
     for (; !late_.empty() && (room == Room::kForAll || ordersUnderWay_ < kMostOrders); late_.pop_front()) {
         ++ordersUnderWay_;
-        orders_.push(std::move(late_.front()));
+        lane_->post([this, order = std::move(late_.front())]() mutable { work(order); });
     }
 }
 
@@ -213,7 +205,7 @@ void Snapshots::forgetLast() {
         freeLast();
 }
 
-/// By the thread: of a large scene it takes longer than a frame.
+/// By the lane: of a large scene it takes longer than a frame.
 void Snapshots::freeLast() {
     auto arrays = std::make_shared<std::deque<Named>>();
     if (!ordered_) {

@@ -6,30 +6,29 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <variant>
 #include <vector>
 
-#include "common/base/Channel.h"
+#include "common/base/LaneThreads.h"
 #include "common/scene/Aspect.h"
 #include "common/session/ServerSession.h"
 #include "server/sim/records/WaitingLists.h"
 
 namespace tessera {
 
-/// What the thread of `Snapshots` has made.
+/// What the lane of `Snapshots` has made.
 struct SnapshotMade {
     message::Snapshot snapshot;
     Blob content;              ///< empty: the scene is small, and the snapshot holds it
     std::vector<Blob> arrays;  ///< that it names: whoever is given it fetches them, whatever became of the scene
 };
 
-/// Makes snapshots on a thread of its own, whatever the size of the scene: it holds an aspect that follows the
+/// Makes snapshots on a lane of its own, whatever the size of the scene: it holds an aspect that follows the
 /// committed lists, some behind while nobody asks. Whatever else is to be found in the scene as it was at some list,
 /// and takes longer than a frame should, is found there too (`look`). What has been made serves all who join while the
 /// lists since then are few.
 ///
-/// Memory: the scene a second time; the lists that the thread has not taken yet (16 MiB as they came, or 16 lists where
+/// Memory: the scene a second time; the lists that the lane has not taken yet (16 MiB as they came, or 16 lists where
 /// those are larger; what comes beyond is merged); those that it has not applied (kTrailing); and the last snapshot as
 /// long as somebody may be served with it, with all arrays that it and the lists since then name: of these lists
 /// kMostArrayBytes, beyond which the next to join gets a newer one.
@@ -39,8 +38,9 @@ public:
     static constexpr std::size_t kSmallBytes = 64 * 1024;
     static constexpr std::uint64_t kMostArrayBytes = std::uint64_t{256} << 20;
 
-    /// `deliver` is called on the thread of its own; what it hands over comes back by `made`.
-    Snapshots(ServerSession& session, BlobStore& blobs, std::function<void(SnapshotMade)> deliver);
+    /// `deliver` is called on the lane; what it hands over comes back by `made`.
+    Snapshots(ServerSession& session, BlobStore& blobs, std::function<void(SnapshotMade)> deliver,
+              const MakeLane& lane = LaneThreads::make);
     ~Snapshots();
 
     // All below: frame thread only.
@@ -54,17 +54,17 @@ public:
 
     /// The scene as the list `at` has left it.
     using LookAtNewest = std::function<void(const Aspect& scene, Sequence at)>;
-    /// Has `look` called on the thread of its own, with the scene as the newest list that was followed has left it.
+    /// Has `look` called on the lane, with the scene as the newest list that was followed has left it.
     /// Nothing else is made meanwhile.
     void lookAtNewest(LookAtNewest look);
-    /// The scene as a list has left it; null: the thread has gone on from there, or has never been there.
+    /// The scene as a list has left it; null: the lane has gone on from there, or has never been there.
     using Look = std::function<void(const Aspect* scene)>;
     /// Has `look` called likewise, with the scene as it was at `sequence`, which anybody may have said; none: as the
-    /// thread has it. Lists of the last second or so can be asked about, unless they are large or merged, or somebody
+    /// lane has it. Lists of the last second or so can be asked about, unless they are large or merged, or somebody
     /// has joined or looked at a newer one since (kTrailing).
     void look(std::optional<Sequence> sequence, Look look);
 
-    /// Bytes of memory that lists hold because the thread has not taken them.
+    /// Bytes of memory that lists hold because the lane has not taken them.
     [[nodiscard]] std::size_t waitingBytes() const { return waitingBytes_; }
     /// The last snapshot is kept for who comes next.
     [[nodiscard]] bool keepsLast() const { return last_ != nullptr; }
@@ -80,7 +80,8 @@ private:
     };
     using Order = std::variant<Apply, Make, LookAt, LookAtNewest>;
 
-    void work();
+    class Follower;
+    void work(Order& order);
     /// Hands over what waits, while there is room, or all of it.
     enum class Room : bool { kAsThereIs, kForAll };
     void pump(Room room);
@@ -113,9 +114,9 @@ private:
     std::deque<Named> named_;
     std::uint64_t namedBytes_ = 0;
     bool ready_ = false;
-    bool ordered_ = false;  ///< one is being made
-    Channel<Order> orders_;
-    std::thread thread_;
+    bool ordered_ = false;                      ///< one is being made
+    const std::unique_ptr<Follower> follower_;  ///< the lane's
+    std::unique_ptr<Lane> lane_;                ///< last
 };
 
 }  // namespace tessera

@@ -1,14 +1,9 @@
 #include "server/sim/reload/FileWatch.h"
 
-#include <poll.h>
-#include <sys/eventfd.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <utility>
-
-#include "common/base/Error.h"
 
 namespace tessera {
 namespace {
@@ -36,57 +31,29 @@ std::vector<FileStamp> stampsOf(const std::vector<std::string>& files) {
     return stamps;
 }
 
-FileWatch::FileWatch(Tell tell) : tell_(std::move(tell)), stop_(::eventfd(0, EFD_CLOEXEC)) {
-    TESSERA_CHECK(stop_ >= 0, "no eventfd can be made");
-    thread_ = std::thread([this] { run(); });
-}
-
-FileWatch::~FileWatch() {
-    ::eventfd_write(stop_, 1);
-    thread_.join();
-    ::close(stop_);
+FileWatch::FileWatch(Tell tell, const MakeLane& lane, const TimeSource& time)
+    : tell_(std::move(tell)), time_(time), lane_(lane({})) {
+    lane_->post([this] { look(); });
 }
 
 void FileWatch::watch(std::uint64_t group, WatchedFiles files, Duration quiet) {
-    const Turn::Hold hold = turn_.take();
-    orders_[group] = Group{.files = std::move(files), .quiet = quiet};
+    lane_->post([this, group, files = std::move(files), quiet] {
+        const TimePoint now = time_.now();
+        groups_[group] = {.files = files, .quiet = quiet, .seen = files.stamps, .since = now, .same = now};
+    });
 }
 
 void FileWatch::forget(std::uint64_t group) {
-    const Turn::Hold hold = turn_.take();
-    orders_[group] = std::nullopt;
+    lane_->post([this, group] { groups_.erase(group); });
 }
 
-void FileWatch::run() {
+void FileWatch::look() {
     constexpr int kShare = 10;  // of its time: one in so many parts
-    for (Duration took{};;) {
-        const auto pause = std::chrono::duration_cast<std::chrono::milliseconds>(took * kShare).count();
-        pollfd wait{stop_, POLLIN, 0};
-        if (::poll(&wait, 1, std::max(1000 / kLooks, static_cast<int>(std::min<std::int64_t>(pause, 60'000)))) > 0)
-            return;
-        takeOrders();
-        const TimePoint begin = clockNow();
-        for (auto& [number, group] : groups_) lookAt(number, group, clockNow());
-        took = clockNow() - begin;
-    }
-}
-
-void FileWatch::takeOrders() {
-    std::map<std::uint64_t, std::optional<Group>> orders;
-    {
-        const Turn::Hold hold = turn_.take();
-        orders.swap(orders_);
-    }
-    for (auto& [number, order] : orders) {
-        if (!order) {
-            groups_.erase(number);
-            continue;
-        }
-        Group& group = groups_[number];
-        group = std::move(*order);
-        group.seen = group.files.stamps;
-        group.since = group.same = clockNow();
-    }
+    constexpr Duration kOften = Duration(std::chrono::seconds(1)) / kLooks, kLongest = std::chrono::minutes(1);
+    const TimePoint begin = time_.now();
+    for (auto& [number, group] : groups_) lookAt(number, group, time_.now());
+    const TimePoint end = time_.now();
+    lane_->postAt(end + std::clamp(kShare * (end - begin), kOften, kLongest), [this] { look(); });
 }
 
 void FileWatch::lookAt(std::uint64_t number, Group& group, TimePoint now) const {

@@ -5,13 +5,12 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <optional>
+#include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "common/base/Clock.h"
-#include "common/base/Turn.h"
+#include "common/base/LaneThreads.h"
+#include "common/base/TimeSource.h"
 
 namespace tessera {
 
@@ -30,7 +29,7 @@ struct WatchedFiles {
     std::vector<std::string> called;  ///< names that lead to the file: as it was asked for, and whole ones
 };
 
-/// Looks at all of them kLooks times a second, on a thread of its own. So it works on file systems of other machines,
+/// Looks at all of them kLooks times a second, on a lane of its own. So it works on file systems of other machines,
 /// for files that are replaced by renaming, that are gone for a while, and whose folders are. It looks less often where
 /// that takes it more than a tenth of its time: so many files, or so slow ones, cost no more.
 ///
@@ -43,12 +42,9 @@ public:
     static constexpr std::chrono::milliseconds kQuiet{200}, kLongest{2000}, kGone{2000};
 
     enum class News : std::uint8_t { kChanged, kGone };
-    /// On the watch's thread.
+    /// On the watch's lane.
     using Tell = std::function<void(std::uint64_t group, News news)>;
-    explicit FileWatch(Tell tell);
-    ~FileWatch();
-    FileWatch(const FileWatch&) = delete;
-    FileWatch& operator=(const FileWatch&) = delete;
+    explicit FileWatch(Tell tell, const MakeLane& lane = LaneThreads::make, const TimeSource& time = machineTime());
 
     /// In place of what the group had; `quiet`: for so long it is left alone first. Frame thread; does not wait for any
     /// file.
@@ -64,16 +60,13 @@ private:
         TimePoint same = {};          ///< the last look at which they were as they had been told, or the file was gone
         bool goneTold = false;
     };
-    void run();
-    void takeOrders();
+    void look();
     void lookAt(std::uint64_t number, Group& group, TimePoint now) const;
 
     Tell tell_;
-    Turn turn_;
-    std::map<std::uint64_t, std::optional<Group>> orders_;  ///< for the thread; nothing: the group is over
-    std::map<std::uint64_t, Group> groups_;                 ///< of the thread
-    int stop_ = -1;
-    std::thread thread_;
+    const TimeSource& time_;
+    std::map<std::uint64_t, Group> groups_;  ///< the lane's
+    std::unique_ptr<Lane> lane_;             ///< last
 };
 
 }  // namespace tessera

@@ -15,7 +15,7 @@
 #include "common/codec/WallCodec.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Transform.h"
-#include "common/net/Transport.h"
+#include "common/net/TcpTransport.h"
 #include "common/scene/Aspect.h"
 #include "common/scene/Clones.h"
 #include "common/scene/Edits.h"
@@ -342,7 +342,7 @@ private:
     Bytes coming_;
     std::vector<Blob> whole_;  ///< of the next proposal
     std::function<Expected<ApplicationAnswer>(const ApplicationRequest&)> script_;
-    Transport transport_;
+    TcpTransport transport_;
     std::uint16_t port_;
 };
 

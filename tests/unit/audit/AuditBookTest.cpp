@@ -32,9 +32,14 @@ protected:
     }
 
     std::vector<AuditLine> written;
-    std::chrono::system_clock::time_point clock = std::chrono::sys_days(std::chrono::year(2026) / 11 / 26);
+    /// A millisecond later each time somebody looks.
+    struct Ticking : TimeSource {
+        [[nodiscard]] TimePoint now() const override { return clockNow(); }
+        [[nodiscard]] DateTime date() const override { return clock += std::chrono::milliseconds(1); }
+        mutable DateTime clock = std::chrono::sys_days(std::chrono::year(2026) / 11 / 26);
+    } time;
     AuditBook book{[this](std::vector<AuditLine> lines) { std::ranges::move(lines, std::back_inserter(written)); },
-                   [this] { return clock += std::chrono::milliseconds(1); }};
+                   time};
 };
 
 TEST_F(Audit, SaysWhoDidWhatToWhat) {

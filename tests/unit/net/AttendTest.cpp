@@ -29,7 +29,7 @@ public:
     Attendant() {
         TransportLimits limits;
         limits.maxPayload = [](std::uint16_t) { return std::size_t{64} << 20; };
-        transport_ = std::make_unique<Transport>(limits, [this](LinkEvent event) {
+        transport_ = std::make_unique<TcpTransport>(limits, [this](LinkEvent event) {
             const bool here = std::this_thread::get_id() == me_;
             // Of messages and ends; that bytes come is told as often as they do.
             if (!std::holds_alternative<link_event::Heard>(event.what)) ++(here ? deliveredHere_ : deliveredInside_);
@@ -59,7 +59,7 @@ private:
     std::thread::id me_ = std::this_thread::get_id();
     std::atomic<int> deliveredHere_{0}, deliveredInside_{0};
     Channel<LinkEvent> events_{1 << 16};
-    std::unique_ptr<Transport> transport_;
+    std::unique_ptr<TcpTransport> transport_;
 };
 
 TEST(Attend, WhoWaitsIsTheNetworkThread) {
@@ -180,7 +180,7 @@ TEST(Attend, LargeMessagesAreLeftToTheThreadInside) {
     client->send(link, 1, 1_epoch, big);
     EXPECT_FALSE(client->attend(now() + 10min));
     EXPECT_TRUE(server.next<Received>().payload == *big);
-    std::this_thread::sleep_for(Transport::kQuiet + 50ms);
+    std::this_thread::sleep_for(TcpTransport::kQuiet + 50ms);
     EXPECT_TRUE(client->attend(now() + 1ms));
     server->send(accepted, 1, 1_epoch, big);
     const int before = client.deliveredInside();

@@ -13,7 +13,7 @@
 
 #include "common/base/Channel.h"
 #include "common/net/FrameHeader.h"
-#include "common/net/Transport.h"
+#include "common/net/TcpTransport.h"
 
 namespace tessera::test {
 
@@ -60,7 +60,7 @@ private:
         return limits;
     }
     Channel<LinkEvent> events_;
-    Transport transport_;
+    TcpTransport transport_;
 };
 
 /// A TCP connection without any of our code behind it.

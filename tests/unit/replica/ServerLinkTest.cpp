@@ -22,7 +22,8 @@ public:
     ScriptedServer() {
         TransportLimits limits;
         limits.maxPayload = maxPayloadBytes;
-        transport_ = std::make_unique<Transport>(limits, [this](LinkEvent event) { events_.push(std::move(event)); });
+        transport_ =
+            std::make_unique<TcpTransport>(limits, [this](LinkEvent event) { events_.push(std::move(event)); });
         port_ = transport_->listen({.host = "127.0.0.1", .port = 0}).value();
     }
     ~ScriptedServer() {
@@ -59,7 +60,7 @@ private:
     Channel<LinkEvent> events_{10'000};
     std::uint16_t port_ = 0;
     Epoch epoch_{1};
-    std::unique_ptr<Transport> transport_;
+    std::unique_ptr<TcpTransport> transport_;
 };
 
 class ServerLinkTest : public testing::Test {

@@ -52,7 +52,7 @@ protected:
         Aspect scene = sceneOf({.surface = "a text"});
         ProgramTrials trials(script(text));
         trials.update(scene, nullptr);
-        const ChangeList list = trials.verdicts(scene, clockNow(), std::chrono::seconds(30));
+        const ChangeList list = trials.verdicts(scene, std::chrono::seconds(30));
         remarks_ = trials.takeRemarks();
         if (!list.empty()) EXPECT_TRUE(scene.apply(list));
         const auto& after = *scene.get<SurfaceProgram>(kProgram);
@@ -83,9 +83,9 @@ TEST_F(ProgramTrialsTest, WhoCannotTrySaysSoOnceAndNothingIsDrawn) {
     Aspect scene = sceneOf({.surface = "a text"});
     ProgramTrials none("/nowhere/tessera-try-program");
     none.update(scene, nullptr);
-    EXPECT_TRUE(none.verdicts(scene, clockNow(), std::chrono::seconds(5)).empty());
+    EXPECT_TRUE(none.verdicts(scene, std::chrono::seconds(5)).empty());
     EXPECT_EQ(none.takeRemarks().size(), 1u);
-    EXPECT_TRUE(none.verdicts(scene, clockNow()).empty());
+    EXPECT_TRUE(none.verdicts(scene).empty());
     EXPECT_TRUE(none.takeRemarks().empty());
 }
 
@@ -93,7 +93,7 @@ TEST_F(ProgramTrialsTest, TheTextArrivesWhole) {
     Aspect scene = sceneOf({.surface = std::string(4096, 's'), .vertex = "v\n\"$x\""});
     ProgramTrials trials(script("cat > " + folder_.path() + "/text; printf good"));
     trials.update(scene, nullptr);
-    (void)trials.verdicts(scene, clockNow(), std::chrono::seconds(30));
+    (void)trials.verdicts(scene, std::chrono::seconds(30));
     std::ifstream file(folder_ / "text");
     const std::string text((std::istreambuf_iterator<char>(file)), {});
     EXPECT_EQ(text, "4096 6\n" + std::string(4096, 's') + "v\n\"$x\"");
@@ -105,12 +105,12 @@ TEST_F(ProgramTrialsTest, ATextIsTriedOnceForAllWhoHaveIt) {
     ProgramTrials trials(script("printf good"));
     trials.update(scene, nullptr);
     EXPECT_EQ(trials.pending(), 2u);
-    ASSERT_TRUE(scene.apply(trials.verdicts(scene, clockNow(), std::chrono::seconds(30))));
+    ASSERT_TRUE(scene.apply(trials.verdicts(scene, std::chrono::seconds(30))));
     EXPECT_EQ(scene.get<SurfaceProgram>(ObjectId(3))->verdict, SurfaceProgram::kGood);
     const ChangeList later = creating({.surface = "same"}, ObjectId(4));
     ASSERT_TRUE(scene.apply(later));
     trials.update(scene, &later);
-    ASSERT_TRUE(scene.apply(trials.verdicts(scene, clockNow())));
+    ASSERT_TRUE(scene.apply(trials.verdicts(scene)));
     EXPECT_EQ(scene.get<SurfaceProgram>(ObjectId(4))->verdict, SurfaceProgram::kGood);
     EXPECT_EQ(timesTried(), 1);
 }
@@ -119,14 +119,14 @@ TEST_F(ProgramTrialsTest, AVerdictIsOfTheTextThatWasTried) {
     Aspect scene = sceneOf({.surface = "first"});
     ProgramTrials trials(script("sleep 0.3; grep -q first && printf good || printf 'bad second'"));
     trials.update(scene, nullptr);
-    EXPECT_TRUE(trials.verdicts(scene, clockNow()).empty());
+    EXPECT_TRUE(trials.verdicts(scene).empty());
     ChangeListBuilder edit;
     edit.set(kProgram, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::surface>, toValue(std::string("second")));
     const ChangeList list = edit.take();
     ASSERT_TRUE(scene.apply(list));
     trials.update(scene, &list);
     while (trials.pending() > 0)
-        if (const ChangeList verdicts = trials.verdicts(scene, clockNow(), std::chrono::seconds(1)); !verdicts.empty())
+        if (const ChangeList verdicts = trials.verdicts(scene, std::chrono::seconds(1)); !verdicts.empty())
             ASSERT_TRUE(scene.apply(verdicts));
     EXPECT_EQ(scene.get<SurfaceProgram>(kProgram)->verdict, SurfaceProgram::kBad);
     EXPECT_EQ(scene.get<SurfaceProgram>(kProgram)->problem, "second");
@@ -138,7 +138,7 @@ TEST_F(ProgramTrialsTest, NothingIsLeftOfAChildWhenTheServerGoes) {
     {
         ProgramTrials trials(script("sleep 60"));
         trials.update(scene, nullptr);
-        EXPECT_TRUE(trials.verdicts(scene, clockNow()).empty());
+        EXPECT_TRUE(trials.verdicts(scene).empty());
     }
     EXPECT_LT(clockNow() - begun, std::chrono::seconds(30));
 }
@@ -317,7 +317,7 @@ TEST_F(ProgramTrialsTest, WhatHoldsAHostUpIsHeavyUntilItIsSaidAgain) {
         EXPECT_TRUE(scene.apply(list));
         trials.update(scene, &list);
     };
-    const auto verdicts = [&] { apply(trials.verdicts(scene, clockNow(), std::chrono::seconds(30))); };
+    const auto verdicts = [&] { apply(trials.verdicts(scene, std::chrono::seconds(30))); };
     const auto verdictOf = [&](ObjectId id) { return scene.get<SurfaceProgram>(id)->verdict; };
     verdicts();
     ASSERT_EQ(verdictOf(kTwin), SurfaceProgram::kGood);
@@ -337,7 +337,7 @@ TEST_F(ProgramTrialsTest, WhatHoldsAHostUpIsHeavyUntilItIsSaidAgain) {
         << trials.troubles(scene)[0];
     // Hosts that have not heard of it yet say it again.
     trials.heldUp(kProgram, "right", 500, FrameNumber{1});
-    EXPECT_TRUE(trials.verdicts(scene, clockNow()).empty());
+    EXPECT_TRUE(trials.verdicts(scene).empty());
     // The same text once more.
     ChangeListBuilder again;
     again.set(kProgram, typeOf<SurfaceProgram>(), fieldId<&SurfaceProgram::surface>, toValue(std::string("a text")));
@@ -355,10 +355,10 @@ TEST_F(ProgramTrialsTest, WhatHoldsAHostUpIsHeavyUntilItIsSaidAgain) {
     EXPECT_TRUE(scene.apply(list));
     trials.update(scene, &list, FrameNumber{20});
     trials.heldUp(kProgram, "left", 500, FrameNumber{19});
-    EXPECT_TRUE(trials.verdicts(scene, clockNow()).empty());
+    EXPECT_TRUE(trials.verdicts(scene).empty());
     EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kGood);
     trials.heldUp(kProgram, "left", 500, FrameNumber{20});
-    apply(trials.verdicts(scene, clockNow()));
+    apply(trials.verdicts(scene));
     EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kHeavy);
     EXPECT_EQ(timesTried(), 2) << "each text once";
 }
@@ -369,7 +369,7 @@ TEST(ProgramTrialsForReal, TellGoodFromBad) {
         Aspect scene = sceneOf({.surface = surface});
         ProgramTrials trials(TESSERA_BIN_DIR "/tessera-try-program");
         trials.update(scene, nullptr);
-        const ChangeList list = trials.verdicts(scene, clockNow(), std::chrono::seconds(60));
+        const ChangeList list = trials.verdicts(scene, std::chrono::seconds(60));
         if (!list.empty()) EXPECT_TRUE(scene.apply(list));
         const auto& after = *scene.get<SurfaceProgram>(kProgram);
         return TrialVerdict{after.verdict, after.problem};

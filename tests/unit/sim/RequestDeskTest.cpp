@@ -62,9 +62,12 @@ private:
         BlobStore blobs;
         Simulation simulation;
         ViewSource view(wall, "");
-        Peers peers(configOf(wall), blobs, [this](LinkEvent event) {
-            events_.push([event](Peers& p, RequestDesk& desk) { handle(p, p.handle(event), desk); });
-        });
+        Peers peers(
+            configOf(wall), blobs,
+            [this](LinkEvent event) {
+                events_.push([event](Peers& p, RequestDesk& desk) { handle(p, p.handle(event), desk); });
+            },
+            Platform());
         Loader loader({}, std::make_shared<SceneFiles>(ImportOptions(), std::vector<std::string>()),
                       [](Preparation) {});
         ManipulatorDrags drags;

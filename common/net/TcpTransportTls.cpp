@@ -1,6 +1,6 @@
 /// The sealed links of a Transport: TLS 1.3 between its queues and its sockets.
 #include "common/net/HungUp.h"
-#include "common/net/TransportImpl.h"
+#include "common/net/TcpTransportImpl.h"
 
 namespace tessera {
 namespace {
@@ -13,7 +13,7 @@ std::string sealedReason(const TransportLink& link, const error_code& error) {
 
 }  // namespace
 
-bool Transport::Impl::beginsSealed(const LinkPtr& link, std::size_t count) {
+bool TcpTransport::Impl::beginsSealed(const LinkPtr& link, std::size_t count) {
     const ByteSpan first = link->reader.room().first(count);
     if (!link->target.empty() || first.front() != TlsChannel::kFirstByte) return false;
     std::shared_ptr<const TlsContext> keys = limits.tls ? limits.tls() : nullptr;
@@ -24,8 +24,8 @@ bool Transport::Impl::beginsSealed(const LinkPtr& link, std::size_t count) {
     return true;
 }
 
-void Transport::Impl::seal(const LinkPtr& link, std::shared_ptr<const TlsContext> keys, TlsChannel::Side side,
-                           ByteSpan first) {
+void TcpTransport::Impl::seal(const LinkPtr& link, std::shared_ptr<const TlsContext> keys, TlsChannel::Side side,
+                              ByteSpan first) {
     link->sealed = std::make_unique<SealedLink>(std::move(keys), side, link->target);
     link->timer.expires_after(limits.handshakeTime);
     link->timer.async_wait([this, link](const error_code& error) {
@@ -35,7 +35,7 @@ void Transport::Impl::seal(const LinkPtr& link, std::shared_ptr<const TlsContext
     shake(link, first);
 }
 
-void Transport::Impl::shake(const LinkPtr& link, ByteSpan arrived) {
+void TcpTransport::Impl::shake(const LinkPtr& link, ByteSpan arrived) {
     link->sealed->shaking = true;
     const int socket = link->socket.native_handle();
     const auto work = [this, link, socket, bytes = Bytes(arrived.begin(), arrived.end())] {
@@ -55,7 +55,7 @@ void Transport::Impl::shake(const LinkPtr& link, ByteSpan arrived) {
     handshakes.push(link->from, goesOn, work);
 }
 
-void Transport::Impl::shaken(const LinkPtr& link, const Expected<void>& good) {
+void TcpTransport::Impl::shaken(const LinkPtr& link, const Expected<void>& good) {
     link->sealed->shaking = false;
     if (link->state == TransportLinkState::kClosed) return;
     // What it has waited for us is not its silence.
@@ -76,7 +76,7 @@ void Transport::Impl::shaken(const LinkPtr& link, const Expected<void>& good) {
     takeSealed(link, {}, now());
 }
 
-void Transport::Impl::readSealed(const LinkPtr& link) {
+void TcpTransport::Impl::readSealed(const LinkPtr& link) {
     link->socket.async_wait(tcp::socket::wait_read, [this, link](const error_code& broken) {
         const TimePoint now = std::chrono::steady_clock::now();
         if (link->state == TransportLinkState::kClosed) return;
@@ -90,7 +90,7 @@ void Transport::Impl::readSealed(const LinkPtr& link) {
         takeSealed(link, ByteSpan(wire).first(count), now);
     });
 }
-void Transport::Impl::takeSealed(const LinkPtr& link, ByteSpan bytes, TimePoint arrived) {
+void TcpTransport::Impl::takeSealed(const LinkPtr& link, ByteSpan bytes, TimePoint arrived) {
     SealedLink& sealed = *link->sealed;
     if (!sealed.channel.ready()) return bytes.empty() ? readSealed(link) : shake(link, bytes);
     if (link->state == TransportLinkState::kClosing) return readSealed(link);
@@ -108,7 +108,7 @@ void Transport::Impl::takeSealed(const LinkPtr& link, ByteSpan bytes, TimePoint 
     if (link->state != TransportLinkState::kClosed) readSealed(link);
 }
 
-void Transport::Impl::writeSealed(const LinkPtr& link) {
+void TcpTransport::Impl::writeSealed(const LinkPtr& link) {
     SealedLink& sealed = *link->sealed;
     if (sealed.shaking || sealed.writing || link->state == TransportLinkState::kClosed) return;
     for (;;) {
@@ -133,7 +133,7 @@ void Transport::Impl::writeSealed(const LinkPtr& link) {
     error_code ignored;
     if (sealed.ended) link->socket.shutdown(tcp::socket::shutdown_send, ignored);
 }
-void Transport::Impl::writeSealedRest(const LinkPtr& link, std::size_t done) {
+void TcpTransport::Impl::writeSealedRest(const LinkPtr& link, std::size_t done) {
     link->sealed->writing = true;
     asio::async_write(link->socket, asio::buffer(link->sealed->out) + done,
                       [this, link](const error_code& error, std::size_t bytes) {
@@ -146,13 +146,13 @@ void Transport::Impl::writeSealedRest(const LinkPtr& link, std::size_t done) {
                           writeSealed(link);
                       });
 }
-void Transport::Impl::wroteSealed(TransportLink& link) {
+void TcpTransport::Impl::wroteSealed(TransportLink& link) {
     link.sealed->out.clear();
     link.sentAt = now();
     if (link.queue.writing() && link.sealed->drained()) table.discharge(link.id, link.queue.written());
 }
 
-void Transport::Impl::judgeAgain() {
+void TcpTransport::Impl::judgeAgain() {
     const std::shared_ptr<const TlsContext> keys = limits.tls ? limits.tls() : nullptr;
     if (!keys) return;
     std::vector<LinkPtr> sealed;

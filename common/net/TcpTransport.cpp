@@ -1,18 +1,18 @@
-#include "common/net/Transport.h"
+#include "common/net/TcpTransport.h"
 
 #include "common/net/PortHolder.h"
-#include "common/net/TransportImpl.h"
+#include "common/net/TcpTransportImpl.h"
 
 namespace tessera {
 
-Transport::Transport(TransportLimits limits, std::function<void(LinkEvent)> onEvent)
+TcpTransport::TcpTransport(TransportLimits limits, std::function<void(LinkEvent)> onEvent)
     : impl_(std::make_unique<Impl>(std::move(limits), std::move(onEvent))) {}
 
-Transport::~Transport() {
+TcpTransport::~TcpTransport() {
     end();
 }
 
-void Transport::end() {
+void TcpTransport::end() {
     if (!impl_->thread.joinable()) return;
     asio::post(impl_->io, [impl = impl_.get()] { impl->endAll(); });
     impl_->thread.join();
@@ -21,15 +21,16 @@ void Transport::end() {
     if (impl_->shaker.joinable()) impl_->shaker.join();
 }
 
-bool Transport::attend(TimePoint until) {
+bool TcpTransport::attend(TimePoint until) {
     return impl_->thread.attend(until);
 }
 
-void Transport::wake() {
+void TcpTransport::wake() {
     impl_->thread.wake();
 }
 
-Expected<std::uint16_t> Transport::listen(const Address& address, const std::function<void(std::uint16_t)>& onBound) {
+Expected<std::uint16_t> TcpTransport::listen(const Address& address,
+                                             const std::function<void(std::uint16_t)>& onBound) {
     const Expected<tcp::endpoint> endpoint = impl_->resolveHere(address);
     if (!endpoint) return tl::unexpected(endpoint.error());
     auto listener = std::make_unique<Impl::Listener>(impl_->io);
@@ -57,14 +58,14 @@ Expected<std::uint16_t> Transport::listen(const Address& address, const std::fun
     return port;
 }
 
-LinkId Transport::connect(const Address& address, std::chrono::milliseconds timeout) {
+LinkId TcpTransport::connect(const Address& address, std::chrono::milliseconds timeout) {
     const std::optional<LinkId> claimed = impl_->table.claim();
     const LinkId id = claimed ? *claimed : impl_->table.stillborn();
     impl_->thread.post([impl = impl_.get(), id, address, timeout] { impl->dial(id, address, timeout); });
     return id;
 }
 
-void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain payload) {
+void TcpTransport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain payload) {
     const std::size_t bytes = FrameHeader::kBytes + (payload ? payload->size() : 0);
     const std::optional<std::size_t> queued = impl_->table.charge(link, bytes);
     if (!queued) return;
@@ -81,15 +82,15 @@ void Transport::send(LinkId link, std::uint16_t type, Epoch epoch, SharedChain p
     impl_->send(link, type, epoch, std::move(payload));
 }
 
-void Transport::keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
-                          SharedChain payload) {
+void TcpTransport::keepAlive(LinkId link, std::chrono::milliseconds interval, std::uint16_t type, Epoch epoch,
+                             SharedChain payload) {
     impl_->thread.post([impl = impl_.get(), link,
                         wanted = TransportLink::KeepAlive{interval, type, epoch, std::move(payload)}]() mutable {
         impl->keepAlive(link, std::move(wanted));
     });
 }
 
-void Transport::taken(LinkId link, std::size_t payloadBytes) {
+void TcpTransport::taken(LinkId link, std::size_t payloadBytes) {
     const std::size_t left = impl_->table.take(link, Impl::costOf(payloadBytes));
     if (!impl_->table.resting(link) || left > impl_->limits.maxUntakenBytes / 2) return;
     impl_->thread.post([impl = impl_.get(), link] {
@@ -97,23 +98,23 @@ void Transport::taken(LinkId link, std::size_t payloadBytes) {
     });
 }
 
-void Transport::close(LinkId link, std::string reason) {
+void TcpTransport::close(LinkId link, std::string reason) {
     impl_->thread.post([impl = impl_.get(), link, reason = std::move(reason)]() mutable {
         if (const auto found = impl->links.find(link); found != impl->links.end())
             impl->beginClose(LinkPtr(found->second), std::move(reason));
     });
 }
 
-void Transport::judgeAgain() {
+void TcpTransport::judgeAgain() {
     impl_->thread.post([impl = impl_.get()] { impl->judgeAgain(); });
 }
 
-Transport::Traffic Transport::traffic() const {
+Transport::Traffic TcpTransport::traffic() const {
     const auto read = [](const std::atomic<std::uint64_t>& count) { return count.load(std::memory_order_relaxed); };
     return {read(impl_->sent), read(impl_->received), read(impl_->shakes), read(impl_->resumed)};
 }
 
-std::size_t Transport::queuedBytes(LinkId link) const {
+std::size_t TcpTransport::queuedBytes(LinkId link) const {
     return impl_->table.queued(link);
 }
 

@@ -1,4 +1,4 @@
-/// The inside of a Transport. For Transport.cpp and TransportTls.cpp alone.
+/// The inside of a TcpTransport. For TcpTransport.cpp and TcpTransportTls.cpp alone.
 #pragma once
 
 #include <fmt/format.h>
@@ -21,7 +21,7 @@
 #include "common/net/NetworkThread.h"
 #include "common/net/OwnAddress.h"
 #include "common/net/Strangers.h"
-#include "common/net/Transport.h"
+#include "common/net/TcpTransport.h"
 #include "common/net/TransportLink.h"
 
 namespace tessera {
@@ -56,7 +56,7 @@ inline std::string reasonFor(const error_code& error, bool midFrame) {
 
 using namespace transport;
 
-struct Transport::Impl {
+struct TcpTransport::Impl {
     Impl(TransportLimits l, std::function<void(LinkEvent)> f)
         : limits(std::move(l)), onEvent(std::move(f)), table(limits.maxLinks) {
         TESSERA_CHECK(limits.maxPayload != nullptr, "a transport needs to know how long messages may be");
@@ -359,7 +359,8 @@ struct Transport::Impl {
         });
     }
 
-    // ---- sealed links: TransportTls.cpp -----------------------------------------------------------------------------
+    // ---- sealed links: TcpTransportTls.cpp
+    // -----------------------------------------------------------------------------
 
     /// What comes first on an accepted link tells whether its peer seals it.
     bool beginsSealed(const LinkPtr& link, std::size_t count);
