@@ -256,12 +256,44 @@ function(tessera_reuse_headers_for_tests name)
   endif()
 endfunction()
 
-# tessera_test(NAME FOLDER LINK … [WORLD filter] [SERIAL [PATIENT filter]]): one executable of all .cpp files of a
-# folder below tests/, each of its cases a ctest test. WORLD: tests of run-tests --all alone (label world). SERIAL:
-# while nothing else runs, but for those of the filter PATIENT: these mostly wait, and stand beside others, one at a
-# time. Time-outs: tests/times.txt.
+# tessera_entry(NAME COMMAND … [SHARDS n] [FILTER filter] [PROPERTIES …]): one entry of ctest, or as many as there
+# are shards (tests/support/run-entry). What servers leave for their user's programs lies in the build folder.
+function(tessera_entry name)
+  cmake_parse_arguments(ARG "" "SHARDS;FILTER" "COMMAND;PROPERTIES" ${ARGN})
+  file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/run)
+  set(run ${CMAKE_SOURCE_DIR}/tests/support/run-entry)
+  set(entries ${name})
+  if(ARG_SHARDS GREATER 1)
+    math(EXPR last "${ARG_SHARDS} - 1")
+    set(entries)
+    foreach(index RANGE ${last})
+      list(APPEND entries ${name}.${index})
+    endforeach()
+  endif()
+  set(index 0)
+  foreach(entry ${entries})
+    set(part)
+    if(ARG_SHARDS)
+      set(part --shard ${index}/${ARG_SHARDS})
+    endif()
+    if(ARG_FILTER)
+      list(APPEND part "--filter=${ARG_FILTER}")
+    endif()
+    add_test(NAME ${entry} COMMAND ${run} ${part} ${entry} ${ARG_COMMAND})
+    set(variables "TESSERA_BUILD=${CMAKE_BINARY_DIR}" "XDG_RUNTIME_DIR=${CMAKE_BINARY_DIR}/run"
+      "TESSERA_NODE_MODULES=${CMAKE_BINARY_DIR}/npm/node_modules")
+    set_tests_properties(${entry} PROPERTIES TIMEOUT 600 SKIP_RETURN_CODE 77 ENVIRONMENT "${variables}"
+      ${ARG_PROPERTIES})
+    math(EXPR index "${index} + 1")
+  endforeach()
+endfunction()
+
+# tessera_test(NAME FOLDER LINK … [SHARDS n] [LOCK resource] [WORLD filter [WORLD_SHARDS n]]): one executable of all
+# .cpp files of a folder below tests/, and entries of ctest that run it, each at most a minute of the processor. LOCK:
+# what its tests share with those of other entries. WORLD: tests of run-tests --all alone (label world). Time-outs:
+# tests/times.txt.
 function(tessera_test name folder)
-  cmake_parse_arguments(ARG "SERIAL" "PATIENT;WORLD" "LINK;DEFINE" ${ARGN})
+  cmake_parse_arguments(ARG "" "SHARDS;LOCK;WORLD;WORLD_SHARDS" "LINK;DEFINE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   if(NOT sources)
     return()
@@ -274,28 +306,21 @@ function(tessera_test name folder)
   tessera_reuse_headers_for_tests(${name})
   target_compile_definitions(${name} PRIVATE TESSERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     TESSERA_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}" ${ARG_DEFINE})
-  set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR ${CMAKE_SOURCE_DIR}/tests/support/times/measured)
-  # What servers leave for their user's programs lies in the build folder.
-  file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/run)
-  # A list in one property would be taken apart.
-  set(properties TIMEOUT 200 ENVIRONMENT "XDG_RUNTIME_DIR=${CMAKE_BINARY_DIR}/run" ENVIRONMENT_MODIFICATION
-    "TESSERA_NODE_MODULES=set:${CMAKE_BINARY_DIR}/npm/node_modules")
-  set(discovery TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 DISCOVERY_MODE PRE_TEST)
-  set(alone)
-  if(ARG_SERIAL)
-    set(alone RUN_SERIAL ON)
+  if(NOT ARG_SHARDS)
+    set(ARG_SHARDS 1)
   endif()
-  if(ARG_PATIENT)
-    gtest_discover_tests(${name} ${discovery} TEST_FILTER "${ARG_PATIENT}" TEST_LIST ${name}_patient PROPERTIES
-      ${properties} RESOURCE_LOCK ${name})
+  if(NOT ARG_WORLD_SHARDS)
+    set(ARG_WORLD_SHARDS 1)
   endif()
+  set(lock)
+  if(ARG_LOCK)
+    set(lock RESOURCE_LOCK ${ARG_LOCK})
+  endif()
+  set(others)
   if(ARG_WORLD)
-    gtest_discover_tests(${name} ${discovery} TEST_FILTER "${ARG_WORLD}" TEST_LIST ${name}_world PROPERTIES
-      ${properties} ${alone} LABELS world)
+    tessera_entry(${name}.world COMMAND $<TARGET_FILE:${name}> SHARDS ${ARG_WORLD_SHARDS} FILTER "${ARG_WORLD}"
+      PROPERTIES LABELS world ${lock})
+    set(others FILTER "-${ARG_WORLD}")
   endif()
-  if(ARG_PATIENT OR ARG_WORLD)
-    string(JOIN ":" others ${ARG_PATIENT} ${ARG_WORLD})
-    list(APPEND discovery TEST_FILTER "-${others}")
-  endif()
-  gtest_discover_tests(${name} ${discovery} PROPERTIES ${properties} ${alone})
+  tessera_entry(${name} COMMAND $<TARGET_FILE:${name}> SHARDS ${ARG_SHARDS} ${others} PROPERTIES ${lock})
 endfunction()

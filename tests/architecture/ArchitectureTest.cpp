@@ -79,7 +79,7 @@ TEST_F(Architecture, EveryFolderExplainsItself) {
 }
 
 // What the table says; it is measured by ./deploy/run-tests --times, so that no busy machine decides.
-TEST_F(Architecture, NoTestTakesMoreThan20SecondsOfProcessorTime) {
+TEST_F(Architecture, NoEntryTakesMoreThanAMinuteOfProcessorTime) {
     std::ifstream in(std::string(kRoot) + "/tests/times.txt");
     ASSERT_TRUE(in) << "tests/times.txt is missing";
     int lineNumber = 0;
@@ -87,12 +87,12 @@ TEST_F(Architecture, NoTestTakesMoreThan20SecondsOfProcessorTime) {
         ++lineNumber;
         if (line.empty() || line.starts_with('#')) continue;
         std::istringstream words(line);
-        std::string program, test;
-        double seconds = 0;
-        words >> program;
-        if (program == "speed") continue;
-        ASSERT_TRUE(words >> test >> seconds) << "tests/times.txt:" << lineNumber << ": a program, a test, seconds";
-        EXPECT_LE(seconds, 20) << "tests/times.txt:" << lineNumber << ": " << program << ' ' << test;
+        std::string entry;
+        double processor = 0, clock = 0;
+        words >> entry;
+        if (entry == "speed") continue;
+        ASSERT_TRUE(words >> processor >> clock) << "tests/times.txt:" << lineNumber << ": an entry, seconds, seconds";
+        EXPECT_LE(processor, 60) << "tests/times.txt:" << lineNumber << ": " << entry;
     }
 }
 

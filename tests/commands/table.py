@@ -142,7 +142,7 @@ ROWS = {
                  'cmake -DTESSERA_UNITY=OFF build >$T/log && ninja -C build '
                  'tessera-ctl >$T/log && [ -e build/client/ctl/CMakeFiles/tessera_ctl.dir/Verbs.cpp.o ]'),
     "cmake --install": Row("", elsewhere="install PREFIX runs it"),
-    "ctest --test-dir build -R NAME": Row("", elsewhere="run-tests runs it, with a NAME"),
+    "./deploy/run-tests --only NAME": Row("", elsewhere="support.RunTests; it builds all"),
 
     # ------------------------------------------------------------------ programs of tests, by themselves
     "TESSERA_SAY=1 build/bin/unit_geometry --gtest_filter=EarClipping.*": Row(

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "common/session/ServerSession.h"
-#include "tests/sim/Timeline.h"
+#include "tests/support/wall/Timeline.h"
 
 namespace tessera::simulation {
 

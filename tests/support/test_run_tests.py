@@ -12,7 +12,11 @@ class Options(unittest.TestCase):
         for words, said in ((["--bogus"], "unknown option --bogus"), (["--quik"], "unknown option --quik"),
                             (["-R"], "-R wants a value"), (["--all", "unit_base"], "unknown option unit_base"),
                             (["--quick", "-R", "x", "--bear"], "unknown option --bear"),
-                            (["--fuzz"], "--fuzz takes a number of seconds")):
+                            (["--all=gcc"], "--all=gcc: the parts are clang, asan, tsan, world"),
+                            (["--only"], "--only wants a part of a name"),
+                            (["--fuzz"], "--fuzz takes a number of seconds"),
+                            (["--storm", "0"], "--storm takes a number of seconds"),
+                            (["--storm", "5", "--seed", "x"], "--seed takes a number")):
             done = subprocess.run([ROOT / "deploy/run-tests", "--no-install", *words], capture_output=True, text=True)
             self.assertEqual((done.returncode, done.stdout), (2, ""), words)
             self.assertEqual(done.stderr, f"run-tests: {said}\n")

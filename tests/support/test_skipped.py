@@ -6,48 +6,27 @@ import tempfile
 import unittest
 
 HERE = pathlib.Path(__file__).resolve().parent
-LOG = """1/4 Test: unit_a.Runs
-Output:
-fine
-2/4 Test: unit_a.Data/Real.Models
-Output:
-a.cpp:3: Skipped
-no test data
-3/4 Test: python.shells
-Output:
-test_shells.Shells.test_fish: Skipped
-fish is not installed
+FOUND = """unit_a.Data/Real.Models/0: no test data
+python.shells: fish is not installed
+pages.two: two.md: no sshd
 """
-RESULTS = """<testsuite>
-<testcase name="unit_a.Runs" status="run"><system-out>fine</system-out></testcase>
-<testcase name="unit_a.Data/Real.Models" status="notrun"><skipped message="SKIP_REGULAR_EXPRESSION_MATCHED"/>
-<system-out>a.cpp:3: Skipped</system-out></testcase>
-<testcase name="python.shells" status="run"/>
-<testcase name="pages.two" status="notrun"><skipped message="SKIP_RETURN_CODE=77"/>
-<system-out>began
-skipped: two.md: no sshd</system-out></testcase>
-<testcase name="unit_b.Gone" status="notrun"><skipped message="Unable to find executable"/></testcase>
-</testsuite>"""
 
 
 class Skipped(unittest.TestCase):
-    def said(self, allowed):
+    def said(self, allowed, found=FOUND):
         with tempfile.TemporaryDirectory() as folder:
             build = pathlib.Path(folder)
-            (build / "Testing/Temporary").mkdir(parents=True)
-            (build / "Testing/Temporary/LastTest.log").write_text(LOG)
-            (build / "tests.xml").write_text(RESULTS)
+            if found is not None:
+                (build / "skips").write_text(found)
             (build / "allowed").write_text(allowed)
-            done = subprocess.run([HERE / "skipped", build, "--allowed", build / "allowed"], capture_output=True,
-                                  text=True, timeout=60)
+            done = subprocess.run([HERE / "skipped", build / "skips", "--allowed", build / "allowed"],
+                                  capture_output=True, text=True, timeout=60)
             return done.returncode, done.stdout.splitlines()
 
     def test_each_is_named_with_its_reason(self):
         code, lines = self.said("# a list\n*Data/*  models lie elsewhere\npython.shells x\npages.* y\n")
         self.assertEqual(code, 0)
-        self.assertEqual(lines, ["skipped: python.shells: fish is not installed",
-                                 "skipped: unit_a.Data/Real.Models: no test data",
-                                 "skipped: pages.two: skipped: two.md: no sshd"])
+        self.assertEqual(lines, [f"skipped: {line}" for line in sorted(FOUND.splitlines())])
 
     def test_one_that_is_not_listed_fails(self):
         code, lines = self.said("*Data/*  models lie elsewhere\npages.* y\n")
@@ -56,6 +35,9 @@ class Skipped(unittest.TestCase):
 
     def test_a_line_without_a_reason_fails(self):
         self.assertEqual(self.said("*\n")[0], 1)
+
+    def test_nothing_skipped_is_nothing_said(self):
+        self.assertEqual(self.said("", found=None), (0, []))
 
 
 if __name__ == "__main__":

@@ -1,20 +1,13 @@
-# Read by ctest when it has found all tests: each one's time-out, ten times what tests/times.txt says of it, times how
-# much slower this machine is than the one of that table. `table`, `speed` (the program), `folder` (of the tests found),
-# `factor` come from tests/CMakeLists.txt.
-set(floor 30)      # seconds: what takes a moment may stand behind others
-set(unknown 20.00) # of what the table does not know: the most that a test may take
+# Read by ctest when it knows all entries: each one's time-out, ten times what tests/times.txt says of it, times how
+# much slower this machine is than the one of that table. Long entries begin first. `table`, `speed` (the program) and
+# `factor` come from CMakeLists.txt.
+set(floor 30)  # seconds: what takes a moment may stand behind others
 file(STRINGS ${table} lines REGEX "^[a-z]")
 set(reference 0)
 foreach(line ${lines})
-  string(REPLACE " " ";" words "${line}")
-  list(GET words 0 program)
-  list(GET words 1 test)
-  if("x${program}" STREQUAL "xspeed")  # to ctest "speed" is what the variable of that name says
-    set(reference ${test})
-    continue()
+  if(line MATCHES "^speed ([0-9]+)$")
+    set(reference ${CMAKE_MATCH_1})
   endif()
-  list(GET words -1 seconds)  # of those that wait the last one is how long
-  set("seconds ${program} ${test}" ${seconds})
 endforeach()
 set(now ${reference})
 if(EXISTS ${speed})
@@ -30,33 +23,23 @@ if(NOT reference)
   set(reference 1)
   set(now 1)
 endif()
-file(GLOB found ${folder}/*_tests.cmake)
-foreach(file ${found})
-  file(STRINGS ${file} calls REGEX "^add_test")
-  foreach(call ${calls})
-    if(NOT call MATCHES "^add_test\\(\\[=*\\[(.*)\\]=*\\]  .*/bin/([a-z_0-9]+) .*--gtest_filter=([^] ]+)")
-      continue()
-    endif()
-    set(name "${CMAKE_MATCH_1}")
-    set(of "seconds ${CMAKE_MATCH_2} ${CMAKE_MATCH_3}")
-    set(others "seconds ${CMAKE_MATCH_2} *")
-    set(seconds ${unknown})
-    if(DEFINED "${of}")
-      set(seconds ${${of}})
-    elseif(DEFINED "${others}")
-      set(seconds ${${others}})
-    endif()
-    # With one digit behind the point, or two, or none.
-    string(REGEX REPLACE "^([0-9]+)\\.?([0-9]*)$" "\\1;\\200" parts "${seconds}")
-    list(GET parts 0 whole)
-    list(GET parts 1 digits)
-    string(SUBSTRING "${digits}" 0 2 digits)
-    string(REGEX REPLACE "^0+([0-9])" "\\1" hundredths "${whole}${digits}")
-    math(EXPR timeout "${factor} * ${hundredths} * ${now} / (10 * ${reference})")
-    math(EXPR least "${factor} * ${floor} * ${now} / ${reference}")
-    if(timeout LESS least)
-      set(timeout ${least})
-    endif()
-    set_tests_properties("${name}" PROPERTIES TIMEOUT ${timeout})
-  endforeach()
+foreach(line ${lines})
+  # The entry, whole seconds of the processor, whole seconds.
+  if(NOT line MATCHES "^([^ ]+) ([0-9]+)\\.[0-9]+ ([0-9]+)\\.[0-9]+$")
+    continue()
+  endif()
+  set(entry ${CMAKE_MATCH_1})
+  set(longer ${CMAKE_MATCH_2})
+  if(CMAKE_MATCH_3 GREATER longer)
+    set(longer ${CMAKE_MATCH_3})
+  endif()
+  math(EXPR limit "${factor} * 10 * (${longer} + 1) * ${now} / ${reference}")
+  math(EXPR least "${factor} * ${floor} * ${now} / ${reference}")
+  if(limit LESS least)
+    set(limit ${least})
+  endif()
+  # ctest ends a test without a word; run-entry names what was running.
+  math(EXPR timeout "${limit} + 20")
+  set_tests_properties(${entry} PROPERTIES TIMEOUT ${timeout} COST ${longer} ENVIRONMENT_MODIFICATION
+    "TESSERA_LIMIT=set:${limit}")
 endforeach()

@@ -53,16 +53,22 @@ public:
     void after(Duration delay, std::function<void()> what) { at(now_ + delay, std::move(what)); }
     /// Lets everything happen up to and including `end`.
     void runUntil(TimePoint end) {
-        while (!events_.empty() && events_.top().when <= end) {
-            eventsNow_ = events_.top().when == now_ ? eventsNow_ + 1 : 0;
-            if (eventsNow_ > kMostAtOnce)
-                throw Violation("time stands still: somebody asks for the clock again and again");
-            now_ = events_.top().when;
-            const std::function<void()> what = std::move(const_cast<Event&>(events_.top()).what);
-            events_.pop();
-            what();
+        while (runNext(end)) {
         }
-        now_ = end;
+    }
+    /// Lets the next thing happen. False: there is none before `end`, which it is now.
+    bool runNext(TimePoint end) {
+        if (events_.empty() || events_.top().when > end) {
+            now_ = std::max(now_, end);
+            return false;
+        }
+        eventsNow_ = events_.top().when == now_ ? eventsNow_ + 1 : 0;
+        if (eventsNow_ > kMostAtOnce) throw Violation("time stands still: somebody asks for the clock again and again");
+        now_ = events_.top().when;
+        const std::function<void()> what = std::move(const_cast<Event&>(events_.top()).what);
+        events_.pop();
+        what();
+        return true;
     }
 
 private:

@@ -1,0 +1,153 @@
+#include "tests/support/wall/RandomWords.h"
+
+#include <algorithm>
+
+#include "common/codec/ChangeCodec.h"
+
+namespace tessera::simulation {
+namespace {
+
+template <std::size_t... I>
+ApplicationRequest filled(RandomWords& words, std::size_t kind, std::index_sequence<I...>) {
+    ApplicationRequest made;
+    const auto make = [&]<std::size_t K>() {
+        std::variant_alternative_t<K, ApplicationRequest> request;
+        words.fill(request);
+        made = std::move(request);
+    };
+    ((I == kind ? make.template operator()<I>() : void()), ...);
+    return made;
+}
+
+}  // namespace
+
+ApplicationRequest RandomWords::request() {
+    constexpr std::size_t kKinds = std::variant_size_v<ApplicationRequest>;
+    ApplicationRequest made = filled(*this, random_.below(kKinds), std::make_index_sequence<kKinds>());
+    if (auto* proposal = std::get_if<request::ProposeChanges>(&made))
+        if (!wild()) proposal->list = ByteSlice(encodeChangeList(list()));
+    return made;
+}
+
+double RandomWords::number(double least, double greatest) {
+    constexpr std::array kHard = {0.0,
+                                  -0.0,
+                                  1e-9,
+                                  1e-160,
+                                  5e-324,
+                                  1e6,
+                                  1e15,
+                                  1e60,
+                                  1e155,
+                                  1e300,
+                                  -1e-9,
+                                  -1e6,
+                                  -1e60,
+                                  std::numeric_limits<double>::max(),
+                                  std::numeric_limits<double>::infinity(),
+                                  std::numeric_limits<double>::quiet_NaN()};
+    if (wild()) return kHard[random_.below(kHard.size())];
+    const double low = std::max(least, -kFar), high = std::max(low, std::min(greatest, kFar));
+    switch (random_.below(6)) {
+        case 0:
+            return low;
+        case 1:
+            return high;
+        default:
+            break;
+    }
+    // Most things are some units large.
+    const double part = static_cast<double>(random_.next() >> 11) * 0x1p-53;
+    const double near = 4 * (2 * part - 1);
+    return near >= low && near <= high ? near : low + part * (high - low);
+}
+
+std::string RandomWords::text() {
+    static const std::vector<std::string> kTexts = {
+        "",    "/",    "//*",          "#1",        "/no/such", "größe \"x\"\n",
+        "a/b", "x[1]", "/row[1]/ball", "asset://x", "\xff\xfe", "$0"};
+    switch (random_.below(4)) {
+        case 0:
+            return kTexts[random_.below(kTexts.size())];
+        case 1:
+            if (!files_.empty()) return files_[random_.below(files_.size())];
+            [[fallthrough]];
+        default:
+            break;
+    }
+    if (wild()) return std::string(random_.below(3000), 'n');
+    const ObjectId node = anyNode();
+    return scene_.get<Node>(node) ? pathOf(scene_, node) : "#" + std::to_string(node.value);
+}
+
+ObjectId RandomWords::anyNode() {
+    if (random_.below(8) == 0) return all_.empty() ? ObjectId{} : all_[random_.below(all_.size())];
+    return nodes_.empty() ? kRootNode : nodes_[random_.below(nodes_.size())];
+}
+
+FieldValue RandomWords::other(const FieldInfo& field, FieldValue value) {
+    const double least = wild() ? -kFar : field.least, greatest = wild() ? kFar : field.greatest;
+    if (auto* floats = std::get_if<Floats>(&value)) {
+        for (std::size_t i = 0; i < floats->width; ++i) floats->values[i] = static_cast<float>(number(least, greatest));
+    } else if (auto* doubles = std::get_if<Doubles>(&value)) {
+        for (std::size_t i = 0; i < doubles->width; ++i) doubles->values[i] = number(least, greatest);
+    } else if (auto* integer = std::get_if<std::int64_t>(&value)) {
+        *integer = wild() ? static_cast<std::int64_t>(random_.next()) : static_cast<std::int64_t>(random_.below(6));
+    } else if (auto* reference = std::get_if<ObjectId>(&value)) {
+        *reference = random_.below(4) == 0 || all_.empty() ? ObjectId{} : all_[random_.below(all_.size())];
+    } else if (auto* words = std::get_if<std::string>(&value)) {
+        *words = text();
+    } else if (auto* flag = std::get_if<bool>(&value)) {
+        *flag = !*flag;
+    } else if (auto* references = std::get_if<RefList>(&value)) {
+        if (!references->empty() && random_.below(2) == 0)
+            references->pop_back();
+        else
+            references->push_back(anyNode());
+    } else if (auto* matrix = std::get_if<Matrix>(&value)) {
+        matrix->values[random_.below(16)] = number(least, greatest);
+    } else if (auto* array = std::get_if<Blob>(&value)) {
+        // Another one of the scene, or one whose bytes are anything.
+        if (random_.below(2) == 0) *array = Blob();
+    }
+    return value;
+}
+
+ChangeList RandomWords::list() {
+    ChangeListBuilder list;
+    std::uint64_t made = 0;
+    for (std::uint64_t changes = 1 + random_.below(4); changes > 0; --changes) {
+        const ObjectId node = nodes_.empty() ? kRootNode : nodes_[random_.below(nodes_.size())];
+        switch (random_.below(9)) {
+            case 0: {
+                const TypeInfo& type = allTypes()[random_.below(allTypes().size())];
+                const ObjectId core{kFirstPlaceholder + made++}, holder{kFirstPlaceholder + made++};
+                list.create(core, type.type);
+                if (!type.isCore) break;
+                list.create(holder, typeOf<Node>());
+                setField<&Node::core>(list, holder, core);
+                list.place(holder, node);
+                break;
+            }
+            case 1:
+                list.place(node, anyNode(), static_cast<std::uint32_t>(random_.below(4)));
+                break;
+            case 2:
+                if (random_.below(3) != 0) break;
+                list.detach(node);
+                list.destroy(node);
+                break;
+            default: {
+                if (all_.empty()) break;
+                const ObjectId id = all_[random_.below(all_.size())];
+                const Object object = scene_.find(id);
+                if (!object || object.info().fields.empty()) break;
+                const FieldEntry& field = object.info().fields[random_.below(object.info().fields.size())];
+                list.set(id, object.info().type, field.id, other(field, field.load(object)));
+            }
+        }
+    }
+    return list.take();
+}
+
+}  // namespace tessera::simulation

@@ -1,0 +1,44 @@
+/// Storms whose seeds stand here: `storm` looks for others (./deploy/run-tests --storm SECONDS).
+#include <gtest/gtest.h>
+
+#include <fmt/ranges.h>
+
+#include "tests/support/wall/Storm.h"
+
+namespace tessera::simulation {
+namespace {
+
+void expectNoLawBroken(const StormOptions& options, std::size_t count) {
+    const std::vector<std::uint64_t> steps = Storm::stepsOf(options.seed, count);
+    std::vector<std::string> said;
+    const std::optional<Storm::Broken> broken = Storm::run(options, steps, &said);
+    EXPECT_FALSE(broken) << "seed " << options.seed << ", step " << broken->step << ": " << broken->law
+                         << "\n  build/bin/storm --scene " << options.scene << " --seed " << options.seed
+                         << (options.draws ? "" : " --no-pictures") << " --steps "
+                         << fmt::format("{}",
+                                        fmt::join(steps.begin(),
+                                                  steps.begin() + static_cast<std::ptrdiff_t>(broken->step + 1), ","))
+                         << "\n"
+                         << fmt::format("{}", fmt::join(said, "\n"));
+}
+
+TEST(Storm, BreaksNoLawOfAWallThatShowsPictures) {
+    for (const std::uint64_t seed : {1, 2}) expectNoLawBroken({.scene = Storm::sceneOf(seed), .seed = seed}, 40);
+}
+
+TEST(Storm, BreaksNoLawOfAWallThatFollows) {
+    for (const std::uint64_t seed : {101, 102, 103, 104, 105, 106, 107, 108})
+        expectNoLawBroken({.scene = Storm::sceneOf(seed), .seed = seed, .draws = false}, 200);
+}
+
+TEST(Storm, OfTheSameSeedIsTheSame) {
+    const auto said = [] {
+        std::vector<std::string> words;
+        (void)Storm::run({.scene = Storm::sceneOf(7), .seed = 7, .draws = false}, Storm::stepsOf(7, 60), &words);
+        return words;
+    };
+    EXPECT_EQ(said(), said());
+}
+
+}  // namespace
+}  // namespace tessera::simulation
