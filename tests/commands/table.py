@@ -147,6 +147,10 @@ ROWS = {
     # ------------------------------------------------------------------ programs of tests, by themselves
     "TESSERA_SAY=1 build/bin/unit_geometry --gtest_filter=EarClipping.*": Row(
         "Tests", "TESSERA_SAY=1 $BUILT/bin/unit_geometry --gtest_filter='EarClipping.*'", says=RAN),
+    "build/bin/wall": Row("Tests", "$BUILT/bin/wall --gtest_filter='SimulatedWall.Ends*'", says=RAN),
+    "build/bin/storm --seed 7 --no-pictures": Row(
+        "Tests", "$BUILT/bin/storm --seed 7 --no-pictures --seconds 1", says="no law broken"),
+    "./deploy/run-tests --storm 600": Row("", elsewhere="the row of build/bin/storm; it builds all"),
     "TESSERA_RUNS=300 build/bin/unit_bodies": Row("Tests", "TESSERA_RUNS=1 $BUILT/bin/unit_bodies", says=RAN),
     "build/bin/fuzz_lists tests/fuzz/corpus/lists": Row("Tests", "$BUILT/bin/fuzz_lists tests/fuzz/corpus/lists"),
     "TESSERA_SEED=44 ./bin/sim_cluster --gtest_filter=ClusterSimulation.KeepsItsLawsWhereEverybodyWaits": Row(
