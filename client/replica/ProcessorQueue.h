@@ -1,4 +1,4 @@
-/// What time it is, and how long this thread has waited for a processor.
+/// The time, and how long this thread has waited for a processor.
 #pragma once
 
 #include "common/base/TimeSource.h"

@@ -46,7 +46,7 @@ void LaneThreads::end(Ending how) {
     }
     for (std::thread& thread : threads_)
         if (thread.joinable()) thread.join();
-    // What they hold may post, which comes to nothing.
+    // Pieces that go may post others, which comes to nothing.
     std::deque<Piece> pieces;
     std::multimap<TimePoint, Piece> later;
     const std::scoped_lock lock(mutex_);

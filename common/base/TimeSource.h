@@ -1,4 +1,4 @@
-/// What time it is: the machine's, or that of a simulated wall.
+/// Where the time comes from: the machine, or a simulated wall.
 #pragma once
 
 #include <chrono>
@@ -7,7 +7,7 @@
 
 namespace tessera {
 
-/// Of the calendar, as people set it.
+/// A point of the calendar, as people set it.
 using DateTime = std::chrono::system_clock::time_point;
 
 /// Whoever paces, waits or has deadlines is handed one and outlived by it. Any thread.

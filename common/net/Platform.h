@@ -1,4 +1,4 @@
-/// What a server, or a host, stands on: time, chance, work beside the frames, and the network.
+/// The ground of a server, or a host: time, chance, work beside the frames, and the network.
 #pragma once
 
 #include "common/base/LaneThreads.h"

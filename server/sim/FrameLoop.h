@@ -40,7 +40,7 @@ struct ServerOptions {
     std::string reportPath;            ///< empty: no report
     std::string recordPath;            ///< empty: no recording
     std::string journalPath;           ///< empty: no journal
-    /// What the journal writes with; null: the system's own calls.
+    /// The journal writes with these; null: the system's own calls.
     std::shared_ptr<FileSystem> journalFiles = {};
     AuditBook* audit = nullptr;          ///< null: nobody keeps who does what; outlives the loop
     Showing showing = Showing::kScene;   ///< until somebody asks for something else

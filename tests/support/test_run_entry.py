@@ -60,7 +60,7 @@ class RunEntry(unittest.TestCase):
         self.assertEqual(lines[-1], f"repeat: {self.program} --gtest_filter=A.Two")
 
     def test_what_hangs_is_stopped_and_named(self):
-        code, lines = self.gtest("", then="exec sleep 50", TESSERA_LIMIT="1")
+        code, lines = self.gtest("", then="exec tail -f /dev/null", TESSERA_LIMIT="1")
         self.assertEqual(code, 1)
         self.assertEqual(lines[-2], "FAILED entry: was stopped after 1 s in A.Two; the tests behind it did not run")
 

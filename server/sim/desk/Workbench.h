@@ -1,4 +1,4 @@
-/// What takes longer than a frame and needs no scene.
+/// Work that takes longer than a frame and needs no scene.
 #pragma once
 
 #include <functional>

@@ -293,7 +293,7 @@ void Journal::writeLeft() {
     }
 }
 
-/// Who waits for the end of the server waits for a disk that takes nothing for about a second.
+/// Keeps whoever waits for the end of the server about a second, where the disk takes nothing.
 void Journal::writeAtTheEnd() {
     constexpr auto kLongestPause = std::chrono::milliseconds(100);
     int tries = 10;

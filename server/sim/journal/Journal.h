@@ -150,7 +150,7 @@ private:
     bool unsynced_ = false, saidThatItGrows_ = false;
     TimePoint unsyncedSince_{}, rotateAgainAt_{};
 
-    // Of the lane that makes snapshots.
+    // The snapshots' lane's.
     std::atomic<bool> compacting_{false};
     std::atomic<std::uint64_t> snapshotBytes_{0};
 

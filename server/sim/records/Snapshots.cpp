@@ -147,7 +147,7 @@ void Snapshots::handOver() {
 }
 
 void Snapshots::pump(Room room) {
-    // What has gone over is the lane's alone.
+    // An order that has gone over is the lane's alone.
     for (; !late_.empty() && (room == Room::kForAll || ordersUnderWay_ < kMostOrders); late_.pop_front()) {
         ++ordersUnderWay_;
         lane_->post([this, order = std::move(late_.front())]() mutable { work(order); });

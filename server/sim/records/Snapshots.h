@@ -16,7 +16,7 @@
 
 namespace tessera {
 
-/// What the lane of `Snapshots` has made.
+/// A snapshot, as the lane of `Snapshots` has made it.
 struct SnapshotMade {
     message::Snapshot snapshot;
     Blob content;              ///< empty: the scene is small, and the snapshot holds it

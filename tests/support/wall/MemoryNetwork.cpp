@@ -30,7 +30,7 @@ bool MemoryNetwork::isCut(const Connection& connection) const {
 void MemoryNetwork::cutOff(const std::string& program, bool cut) {
     cut_[program] = cut;
     if (cut) return;
-    // What waited goes on.
+    // Bytes that waited go on.
     for (const auto& weak : connections_)
         if (const ConnectionPtr connection = weak.lock())
             for (const int side : {0, 1}) carry(connection, side);
@@ -288,7 +288,7 @@ void MemoryTransport::close(LinkId link, std::string reason) {
 void MemoryTransport::end() {
     if (std::exchange(ending_, true)) return;
     std::erase_if(network_.listeners_, [this](const auto& entry) { return entry.second == this; });
-    // What is queued is sent all the same: its owner is not told how that ends.
+    // Queued bytes are sent all the same: their owner is not told how that ends.
     for (const auto& [link, place] : std::exchange(links_, {})) {
         const auto& [connection, side] = place;
         MemoryNetwork::End& end = connection->ends[side];

@@ -28,7 +28,7 @@ public:
     [[nodiscard]] Timeline& timeline() { return timeline_; }
     Weather weather = {};
 
-    /// What a program of this name makes its transports with. `poke` is called when something has come for it.
+    /// Makes the transports of a program of this name. `poke` is called when something has come for it.
     [[nodiscard]] MakeTransport transportOf(std::string program, std::function<void()> poke);
     /// Nothing goes to or from that program any more, and nobody is told.
     void cutOff(const std::string& program, bool cut);
@@ -119,7 +119,7 @@ public:
 
 private:
     friend class MemoryNetwork;
-    struct Place {
+    struct LinkPlace {
         MemoryNetwork::ConnectionPtr connection;
         int side = 0;
     };
@@ -130,7 +130,7 @@ private:
     std::function<void()> poke_;
     TransportLimits limits_;
     std::function<void(LinkEvent)> onEvent_;
-    std::map<LinkId, Place> links_;
+    std::map<LinkId, LinkPlace> links_;
     Traffic traffic_;
     bool ending_ = false;
 };

@@ -1,4 +1,4 @@
-/// What an application may say, and what it may not: requests of all kinds with members near and beyond their bounds,
+/// Random words of applications, allowed and not: requests of all kinds with members near and beyond their bounds,
 /// and proposals of lists that nobody means.
 #pragma once
 

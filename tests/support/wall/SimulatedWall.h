@@ -53,7 +53,7 @@ public:
     [[nodiscard]] bool ended() const { return link_->over(); }
     [[nodiscard]] World::Program& session() { return *linkProgram_; }
     [[nodiscard]] World::Program& drawing() { return *drawProgram_; }
-    /// What somebody does at its windows.
+    /// Somebody does this at its windows.
     void input(const InputState& state) { link_->tell({Attempt{}, outcome::Input{state}}); }
     [[nodiscard]] std::string log() const { return words_.said(); }
 
@@ -74,7 +74,7 @@ private:
     bool going_ = true, ahead_ = false, drawEnded_ = false;
 };
 
-/// What an application sees and says, without a thread.
+/// An application without a thread: it sees the scene, and says what it is told to.
 class SimulatedApplication {
 public:
     SimulatedApplication(World& world, std::string name, Address server);
@@ -154,15 +154,15 @@ public:
     [[nodiscard]] const std::string& serverError() const { return serverError_; }
     void stopServer();
 
-    /// Of the frame that all tiles show.
+    /// The number of the frame that all tiles show.
     [[nodiscard]] std::optional<std::uint64_t> shownFrame() const;
     /// Runs until all tiles show this frame. The exact stitch of them; Violation: it was never shown by all.
     [[nodiscard]] Picture pictureOf(std::uint64_t frame, Duration atMost = std::chrono::seconds(60));
     /// The exact stitch of what all tiles show now; none where they show different frames.
     [[nodiscard]] std::optional<Picture> picture() const { return picture({}); }
-    /// Of one screen alone; empty: of all.
+    /// The same of one screen alone; empty: of all.
     [[nodiscard]] std::optional<Picture> picture(const std::string& screen) const;
-    /// What everybody has logged, for messages of tests.
+    /// The lines that everybody has logged, for messages of tests.
     [[nodiscard]] std::string logs() const;
 
 private:

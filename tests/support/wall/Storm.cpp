@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/codec/ChangeCodec.h"
 #include "server/sim/journal/FileSystem.h"
 #include "server/sim/recording/RecordingReplay.h"
 

@@ -28,15 +28,15 @@ public:
     [[nodiscard]] std::string step(std::uint64_t seed);
     /// All that it takes longer to look at: the journal, the pictures.
     [[nodiscard]] std::string lookClosely();
-    /// What the last step was, for a person.
+    /// The last step in words, for a person.
     [[nodiscard]] const std::string& said() const { return said_; }
-    /// Of all that applications have said until now: answered as they wished, and refused.
+    /// Counts of all that applications have said until now: answered as they wished, and refused.
     struct Answers {
         std::uint64_t granted = 0, refused = 0;
     };
     [[nodiscard]] Answers answers() const { return answers_; }
 
-    /// Of those that storms go over, one after the other.
+    /// Storms go over several scenes: the path of one of them.
     [[nodiscard]] static std::string sceneOf(std::uint64_t seed);
     [[nodiscard]] static std::vector<std::uint64_t> stepsOf(std::uint64_t seed, std::size_t count);
     /// Does all steps from a fresh wall. The number of the step that breaks a law, and which; none: all hold.

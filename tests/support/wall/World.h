@@ -60,7 +60,7 @@ public:
     /// Its turns come until the last one who holds it lets it go.
     [[nodiscard]] std::shared_ptr<Program> run(Program::Turn turn, Program::NextWake nextWake);
 
-    /// What a program of that name stands on. `poke`: as MemoryNetwork has it.
+    /// The platform of a program of that name. `poke`: as MemoryNetwork has it.
     [[nodiscard]] Platform platform(const std::string& program, std::function<void()> poke);
 
     /// Work beside its frames that has not begun is never done: it was killed. Its links break.
