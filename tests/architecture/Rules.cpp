@@ -237,7 +237,8 @@ Findings checkWords(const std::vector<SourceFile>& files, const Layers& layers) 
                 const auto line =
                     1 + std::count(file.code.begin(), file.code.begin() + static_cast<std::ptrdiff_t>(at), '\n');
                 findings.push_back({file.path, static_cast<int>(line),
-                                    fmt::format("{} is for {} alone ({}:{})", word.what, listed(word.owners),
+                                    fmt::format("{} is for {} ({}:{})", word.what,
+                                                word.owners.empty() ? "nobody" : listed(word.owners) + " alone",
                                                 layers.file, word.line)});
             }
         }

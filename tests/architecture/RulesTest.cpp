@@ -22,6 +22,7 @@ third-party Eigen/: common/math
 third-party fmt/: *
 system: sys/ unistd.h
 word std::mutex: common/base
+word std::views:
 )";
 
 class Rules : public testing::Test {
@@ -146,6 +147,11 @@ TEST_F(Rules, FindLocksOutsideOfBase) {
           "std::mutex_like;\nstd::mutex bad;\n");
     EXPECT_EQ(report(checkWords(tree(), layers_)),
               "server/main.cpp:4: std::mutex is for common/base alone (layers.txt:10)\n");
+}
+
+TEST_F(Rules, FindWhatNobodyMaySay) {
+    write("server/main.cpp", "for (int i : std::views::iota(0, 2)) use(i);\n");
+    EXPECT_EQ(report(checkWords(tree(), layers_)), "server/main.cpp:1: std::views is for nobody (layers.txt:11)\n");
 }
 
 TEST_F(Rules, FindFoldersWithoutAReadme) {

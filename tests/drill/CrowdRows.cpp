@@ -132,7 +132,7 @@ Measurement crowd(const DrillOptions& options, bool door) {
     strangers->signal(SIGTERM);
     (void)wall.waitForExit(*strangers, 10s);
     std::string crowds = strangers->output();
-    crowds.erase(std::ranges::remove(crowds, '\n').begin(), crowds.end());
+    std::erase(crowds, '\n');
     measured.remark = fmt::format("frames {}; alone {}; {}, alone {}; {}", told(crowded), told(quiet), told(among),
                                   told(alone), crowds);
     return measured;

@@ -270,8 +270,7 @@ std::uint32_t LookTable::place(Mirror<T>& in, std::vector<std::uint32_t>& free, 
 template <typename T>
 std::uint64_t LookTable::bring(Mirror<T>& mirror) {
     std::ranges::sort(mirror.stale);
-    const auto [first, last] = std::ranges::unique(mirror.stale);
-    mirror.stale.erase(first, last);
+    mirror.stale.erase(std::unique(mirror.stale.begin(), mirror.stale.end()), mirror.stale.end());
     const std::uint64_t count = mirror.stale.size();
     if (std::exchange(mirror.grown, false)) {
         gl_.NamedBufferData(mirror.name, static_cast<GLsizeiptr>(mirror.elements.size() * sizeof(T)),

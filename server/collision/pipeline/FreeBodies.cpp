@@ -277,7 +277,8 @@ void FreeBodies::gather(const ObjectHandler& handler, PairMemory& memory, const 
             const PairState& pair = memory.states()[number];
             if (asleep(parts[pair.a == part ? pair.b : pair.a].body)) meet(pair);
         }
-        if (stage_.supports(parts[part].node.value)) rigidPart(handler, part, startWorlds, seconds);
+        if (parts[part].solid() && stage_.supports(parts[part].node.value))
+            rigidPart(handler, part, startWorlds, seconds);
     }
     for (const ObjectId id : suspects_) {
         const std::uint32_t part = handler.partOf(id);

@@ -394,7 +394,8 @@ void turnBody(SolverBody& body, double seconds) {
     const Vec3d momentum = body.inertia * body.spin;
     // In body axes; as the frame begins they are the world's.
     const double stiff = seconds * momentum.norm() * body.inverseInertia.norm();
-    const int steps = static_cast<int>(std::clamp(std::ceil(stiff / kTurnStep), 1.0, kMostTurnSteps));
+    // One where it is not a number: the order of these arguments says so.
+    const int steps = static_cast<int>(std::min(kMostTurnSteps, std::max(1.0, std::ceil(stiff / kTurnStep))));
     for (int i = 0; i < steps; ++i) {
         const Vec3d start = body.turned.conjugate() * momentum, spin = body.inverseInertia * start;
         // A longer step of the rational map turns by the angle itself, not by twice the arc of half its tangent.

@@ -175,7 +175,8 @@ public:
         const double length = (path.moved - ground.moved).norm() + ground.rate * reachOfGround();
         double pieces = std::ceil(length / (kPieceSizes * 2 * std::max(solid_.solid->radius, 1e-12)));
         if (ground.rate > 0) pieces = std::max(pieces, 8.0);
-        const int count = static_cast<int>(std::clamp(pieces, 1.0, kMostPieces));
+        // One where it is not a number: the order of these arguments says so.
+        const int count = static_cast<int>(std::min(kMostPieces, std::max(1.0, pieces)));
         for (int piece = 0; piece < count; ++piece) {
             const double from = piece / double(count), to = (piece + 1) / double(count), part = to - from;
             if (!allKnown) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ranges>
 #include <set>
 #include <utility>
 
@@ -83,9 +82,10 @@ void PrintedNodes::dropPlacedElsewhere(std::vector<PrintedPlace>& places) {
     };
     std::vector<const PrintedObject*> order;
     for (const PrintedPlace& place : places) follow(place.object, [&](const auto* object) { order.push_back(object); });
+    std::ranges::reverse(order);
     seen.clear();
     std::set<const PrintedObject*> first;
-    for (const PrintedObject* const object : std::ranges::reverse_view(order)) {
+    for (const PrintedObject* const object : order) {
         if (!seen.contains(object)) first.insert(object);
         follow(object, [](const auto*) {});
     }

@@ -164,5 +164,19 @@ TEST(BadInput, ExtremeMassesAndSpeedsStayNumbers) {
     }
 }
 
+TEST(BadInput, AFloorThatMovesAndLosesItsShapeInOneFrameHoldsNobody) {
+    Mixed scene;
+    StepResult result;
+    for (int frame = 0; frame < 400 && result.counters.asleep < 2; ++frame) result = scene.frame();
+    ASSERT_EQ(result.counters.asleep, 2u);
+    const double before = scene.at(scene.box.transform).translation.y();
+    const ObjectId core = scene.aspect.get<Node>(scene.floor.shape)->core;
+    scene.set<Geometry>(core, fieldId<&Geometry::indices>, Blob());
+    scene.set<Geometry>(core, fieldId<&Geometry::positions>, Blob());
+    scene.frame({{.transform = scene.floor.transform, .translation = Vec3d(0.01, -0.5, 0)}});
+    for (int frame = 0; frame < 20; ++frame) scene.frame();
+    EXPECT_LT(scene.at(scene.box.transform).translation.y(), before - 0.2);
+}
+
 }  // namespace
 }  // namespace tessera
