@@ -99,5 +99,16 @@ TEST(Spin, NothingIsLostInALongRun) {
     EXPECT_LT(std::abs(s.energy() / energy - 1), 1e-9);
 }
 
+/// From where the squares of what it consists of are no numbers.
+TEST(Spin, ABodyOfAnySizeTurns) {
+    for (const double size : {1e5, 1.0, 1e-40, 1e-80, 1e-100}) {
+        Spinner s({1, 1, 1}, Vec3d(0, 0, 1));
+        s.w.parts[0].world.linear() *= size;
+        s.w.run(60);
+        const Vec3d now = s.turn().col(0).stableNormalized(), expected(std::cos(1), std::sin(1), 0);
+        EXPECT_LT((now - expected).norm(), 1e-6) << "size " << size;
+    }
+}
+
 }  // namespace
 }  // namespace tessera::rigidbodytest
