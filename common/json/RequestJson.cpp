@@ -1,39 +1,19 @@
 #include "common/json/RequestJson.h"
 
+#include <fmt/format.h>
+
 #include "common/json/MemberJson.h"
+#include "common/request/Said.h"
 
 namespace tessera {
 namespace {
 
 constexpr std::size_t kMostNames = 64;  ///< in one request: each costs the server a look
 
-template <typename... R>
-ApiExpected<ReadRequest> readOneOf(std::type_identity<std::variant<R...>>, std::string_view name, const Json& fields,
-                                   JsonSurroundings& around) {
-    ApiExpected<ReadRequest> read = tl::unexpected(
-        ApiError{ErrorCode::kNotFound, fmt::format("there is no request \"{}\": GET /api has all of them", name), {}});
-    const auto tryOne = [&]<typename One>(std::type_identity<One>) {
-        if (One::kInfo.name != name) return;
-        One request{};
-        MemberJsonReader reader(around);
-        if (!fields.is_null()) reader.take(request, fields);
-        reader.check(request);
-        if (reader.fault())
-            read = tl::unexpected(*reader.fault());
-        else
-            read = ReadRequest{std::move(request), std::move(around.arrays)};
-    };
-    (tryOne(std::type_identity<R>{}), ...);
-    return read;
-}
-
 template <typename Told>
 SaidJson saidJson(const Told& told, Binaries& binaries) {
-    return std::visit(
-        [&]<typename T>(const T& value) {
-            return SaidJson{T::kInfo.name, MemberJsonWriter(binaries).write(value)};
-        },
-        told);
+    const SaidKind<Told>& kind = kindsOf<Told>()[told.index()];
+    return {kind.name, memberJson(*kind.description, valueIn(told), binaries)};
 }
 
 }  // namespace
@@ -50,7 +30,17 @@ std::optional<ObjectId> ObjectNames::find(const std::string& name) {
 ApiExpected<ReadRequest> readRequest(std::string_view name, const Json& fields, std::span<const ByteSlice> binaries,
                                      ObjectNames& names) {
     JsonSurroundings around{binaries, [&](const std::string& text) { return names.find(text); }, {}};
-    return readOneOf(std::type_identity<ApplicationRequest>{}, name, fields, around);
+    const SaidKind<ApplicationRequest>* const kind = requestKind(name);
+    if (kind == nullptr)
+        return tl::unexpected(ApiError{
+            ErrorCode::kNotFound, fmt::format("there is no request \"{}\": GET /api has all of them", name), {}});
+    ApplicationRequest request;
+    void* const value = kind->make(request);
+    MemberJsonReader reader(around);
+    if (!fields.is_null()) reader.take(*kind->description, value, fields);
+    reader.check(*kind->description, value);
+    if (reader.fault()) return tl::unexpected(*reader.fault());
+    return ReadRequest{std::move(request), std::move(around.arrays)};
 }
 
 SaidJson answerJson(const ApplicationAnswer& answer, Binaries& binaries) {

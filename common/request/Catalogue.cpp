@@ -4,46 +4,46 @@
 
 #include "common/request/Check.h"
 #include "common/request/MemberHelp.h"
-#include "common/request/Requests.h"
+#include "common/request/Said.h"
 
 namespace tessera {
 namespace {
 
-template <HasMembers T, bool InRecord>
-std::vector<MemberText> membersTextOf(int before);
+std::vector<MemberText> membersTextOf(const Description& of, bool inRecord, int before = 0);
 
-template <typename T>
-std::string typeText() {
-    constexpr ValueKind kind = valueKindOf<T>();
-    if constexpr (kind == ValueKind::kBool)
-        return "bool";
-    else if constexpr (kind == ValueKind::kWord)
-        return "word";
-    else if constexpr (kind == ValueKind::kNumber)
-        return "double";
-    else if constexpr (kind == ValueKind::kText)
-        return "text";
-    else if constexpr (kind == ValueKind::kPlace)
-        return "Place";
-    else if constexpr (kind == ValueKind::kVector)
-        return "Vector";
-    else if constexpr (kind == ValueKind::kRotation)
-        return "Rotation";
-    else if constexpr (kind == ValueKind::kBytes)
-        return "bytes";
-    else if constexpr (kind == ValueKind::kRow)
-        return typeText<typename T::value_type>();
-    else if constexpr (kind == ValueKind::kValue)
-        return std::string(nameOfDescribed<T>());
-    else
-        return (kind == ValueKind::kSigned ? "int" : "uint") + std::to_string(8 * sizeof(T));
+std::string typeText(const ValueType& type) {
+    switch (type.kind) {
+        case ValueKind::kBool:
+            return "bool";
+        case ValueKind::kWord:
+            return "word";
+        case ValueKind::kNumber:
+            return "double";
+        case ValueKind::kText:
+            return "text";
+        case ValueKind::kPlace:
+            return "Place";
+        case ValueKind::kVector:
+            return "Vector";
+        case ValueKind::kRotation:
+            return "Rotation";
+        case ValueKind::kBytes:
+            return "bytes";
+        case ValueKind::kRow:
+            return typeText(*type.each);
+        case ValueKind::kValue:
+            return std::string(type.described->name);
+        case ValueKind::kSigned:
+            return "int" + std::to_string(8 * type.bytes);
+        case ValueKind::kUnsigned:
+            break;
+    }
+    return "uint" + std::to_string(8 * type.bytes);
 }
 
 /// Of one member by itself.
-template <bool InRecord, typename M>
-MemberText textOfMember(const M& m, int number) {
-    using Held = HeldType<M>;
-    MemberText text{.number = number, .name = std::string(m.name), .type = typeText<Held>()};
+MemberText textOfMember(const MemberEntry& m, bool inRecord, int number) {
+    MemberText text{.number = number, .name = std::string(m.name), .type = typeText(m.held)};
     text.unit = m.unit;
     text.help = m.help;
     text.when = m.whenText;
@@ -53,50 +53,53 @@ MemberText textOfMember(const M& m, int number) {
         if (m.bounds.greatest != NumberBounds::kNone) text.greatest = m.bounds.greatest;
         text.orElse = m.bounds.orElse;
     }
-    text.optional = kIsOptional<typename M::Type>;
-    text.many = kIsMany<typename M::Type>;
-    if constexpr (std::is_enum_v<Held>) text.words.assign(WordsOf<Held>::kWords.begin(), WordsOf<Held>::kWords.end());
-    if constexpr (M::kForm == MemberForm::kFixed) text.type = "fixed64";
-    constexpr bool kIsRecord = InRecord || (M::kForm == MemberForm::kPart && valueKindOf<Held>() != ValueKind::kBytes);
-    if constexpr (HasMembers<Held>) text.members = membersTextOf<Held, kIsRecord>(0);
-    if constexpr (valueKindOf<Held>() == ValueKind::kRow) text.count = std::tuple_size_v<Held>;
-    if constexpr (kIsRecord) text.bytes = sizeInRecord<Held>();
-    text.isPart = M::kForm == MemberForm::kPart || M::kForm == MemberForm::kRest;
-    text.isRest = M::kForm == MemberForm::kRest;
+    text.optional = m.manner == Manner::kOptional;
+    text.many = m.manner == Manner::kMany;
+    text.words.assign(m.held.words.begin(), m.held.words.end());
+    if (m.form == MemberForm::kFixed) text.type = "fixed64";
+    const bool isRecord = inRecord || (m.form == MemberForm::kPart && m.held.kind != ValueKind::kBytes);
+    if (m.held.kind == ValueKind::kValue) text.members = membersTextOf(*m.held.described, isRecord);
+    if (m.held.kind == ValueKind::kRow) text.count = m.held.bytes / m.held.each->bytes;
+    if (isRecord) text.bytes = m.held.recordBytes;
+    text.isPart = m.form == MemberForm::kPart || m.form == MemberForm::kRest;
+    text.isRest = m.form == MemberForm::kRest;
     text.holds = m.holds;
     return text;
 }
 
-template <HasMembers T, bool InRecord>
-std::vector<MemberText> membersTextOf(int before) {
+/// `first` and `second`, behind a flag where there is one.
+void addNumbers(std::vector<MemberText>& texts, const MemberEntry& m, bool inRecord, int number) {
+    MemberText text = textOfMember(m, inRecord, number);
+    text.optional = false;
+    if (!m.flag.empty()) {
+        texts.push_back({.number = number++, .name = std::string(m.flag), .type = "bool"});
+        text.when = "where there is one";
+    }
+    text.type = "double";
+    text.number = number;
+    texts.push_back(text);
+    text.number = number + 1;
+    text.name = m.second;
+    text.help.clear();
+    texts.push_back(std::move(text));
+}
+
+std::vector<MemberText> membersTextOf(const Description& of, bool inRecord, int before) {
     std::vector<MemberText> texts;
-    forEachMember<T>([&]<typename M>(const M& m) {
-        if constexpr (M::kForm == MemberForm::kReserved) {
-            texts.push_back({.name = "", .type = "reserved", .bytes = M::kBytes});
-        } else if constexpr (M::kForm == MemberForm::kSpread) {
-            for (MemberText& inner : membersTextOf<typename M::Type, InRecord>(before + m.number - 1)) {
+    for (const MemberEntry& m : of.members) {
+        if (m.form == MemberForm::kReserved) {
+            texts.push_back({.name = "", .type = "reserved", .bytes = m.held.recordBytes});
+        } else if (m.form == MemberForm::kSpread) {
+            for (MemberText& inner : membersTextOf(*m.held.described, inRecord, before + m.number - 1)) {
                 if (!m.whenText.empty()) inner.when = m.whenText;
                 texts.push_back(std::move(inner));
             }
-        } else if constexpr (M::kForm == MemberForm::kNumbers) {
-            int number = before + m.number;
-            MemberText text = textOfMember<InRecord>(m, number);
-            text.optional = false;
-            if (!m.flag.empty()) {
-                texts.push_back({.number = number++, .name = std::string(m.flag), .type = "bool"});
-                text.when = "where there is one";
-            }
-            text.type = "double";
-            text.number = number;
-            texts.push_back(text);
-            text.number = number + 1;
-            text.name = m.second;
-            text.help.clear();
-            texts.push_back(std::move(text));
+        } else if (m.form == MemberForm::kNumbers) {
+            addNumbers(texts, m, inRecord, before + m.number);
         } else {
-            texts.push_back(textOfMember<InRecord>(m, InRecord || m.number == 0 ? 0 : before + m.number));
+            texts.push_back(textOfMember(m, inRecord, inRecord || m.number == 0 ? 0 : before + m.number));
         }
-    });
+    }
     return texts;
 }
 
@@ -109,32 +112,34 @@ std::vector<MemberText> explained(std::string_view owner, std::vector<MemberText
     return members;
 }
 
-template <typename... R>
-std::vector<RequestText> requestsOf(std::type_identity<std::variant<R...>>) {
-    std::vector<RequestText> all{
-        {R::kInfo, R::Answer::kInfo.name, explained(R::kInfo.name, membersTextOf<R, false>(0))}...};
-    std::ranges::sort(all, {}, [](const RequestText& request) { return request.info.number; });
+template <typename Text, typename Variant>
+std::vector<Text> textsOf(Text (*made)(const SaidKind<Variant>&)) {
+    std::vector<SaidKind<Variant>> kinds(kindsOf<Variant>().begin(), kindsOf<Variant>().end());
+    std::ranges::sort(kinds, {}, &SaidKind<Variant>::number);
+    std::vector<Text> all;
+    for (const SaidKind<Variant>& kind : kinds) all.push_back(made(kind));
     return all;
 }
-template <std::uint8_t ToldInfo::*Number, typename... A>
-std::vector<ToldText> toldOf(std::type_identity<std::variant<A...>>) {
-    std::vector<ToldText> all{{A::kInfo, explained(A::kInfo.name, membersTextOf<A, false>(0))}...};
-    std::ranges::sort(all, {}, [](const ToldText& told) { return told.info.*Number; });
-    return all;
+template <typename Variant>
+ToldText toldText(const SaidKind<Variant>& kind) {
+    return {*kind.told, explained(kind.name, membersTextOf(*kind.description, false))};
 }
 
 }  // namespace
 
 std::span<const RequestText> allRequests() {
-    static const std::vector<RequestText> all = requestsOf(std::type_identity<ApplicationRequest>{});
+    static const std::vector<RequestText> all =
+        textsOf<RequestText, ApplicationRequest>([](const SaidKind<ApplicationRequest>& kind) {
+            return RequestText{*kind.info, kind.answer, explained(kind.name, membersTextOf(*kind.description, false))};
+        });
     return all;
 }
 std::span<const ToldText> allAnswers() {
-    static const std::vector<ToldText> all = toldOf<&ToldInfo::answer>(std::type_identity<ApplicationAnswer>{});
+    static const std::vector<ToldText> all = textsOf<ToldText, ApplicationAnswer>(toldText);
     return all;
 }
 std::span<const ToldText> allNotices() {
-    static const std::vector<ToldText> all = toldOf<&ToldInfo::notice>(std::type_identity<ApplicationNotice>{});
+    static const std::vector<ToldText> all = textsOf<ToldText, ApplicationNotice>(toldText);
     return all;
 }
 

@@ -98,14 +98,8 @@ struct PointedAt<T O::*> {
     using Type = T;
 };
 
-/// One member of a message, a value or a record. Fields of heads are numbered upwards within a message, and no number
-/// is used again; parts, and what a record consists of, have none.
-template <MemberForm Form, auto Pointer>
-struct Member {
-    using Owner = typename PointedAt<decltype(Pointer)>::Owner;
-    using Type = typename PointedAt<decltype(Pointer)>::Type;
-    static constexpr MemberForm kForm = Form;
-
+/// What is said of a member beside its type.
+struct MemberWords {
     std::uint8_t number = 0;
     std::string_view name;  ///< as the schema and messages have it
     std::string_view unit = {}, help = {};
@@ -113,12 +107,22 @@ struct Member {
     /// How many there may be of what can be many; of a text, how many bytes.
     std::size_t ApplicationLimits::*most = nullptr;
     std::size_t ApplicationLimits::*mostBytes = nullptr;  ///< of each part
-    /// It is only said, and only heard, where the rest of the message says this.
-    bool (*when)(const Owner&) = nullptr;
-    std::string_view whenText = {};
-    std::string_view second = {}, flag = {};  ///< kNumbers: the other names
+    std::string_view whenText = {};                       ///< for people: "with decision move"
+    std::string_view second = {}, flag = {};              ///< kNumbers: the other names
     Holds holds = Holds::kBytes;
     bool around = false;  ///< a count that has no end: what is below 0 stands for the way back from 0
+};
+
+/// One member of a message, a value or a record. Fields of heads are numbered upwards within a message, and no number
+/// is used again; parts, and what a record consists of, have none.
+template <MemberForm Form, auto Pointer>
+struct Member : MemberWords {
+    using Owner = typename PointedAt<decltype(Pointer)>::Owner;
+    using Type = typename PointedAt<decltype(Pointer)>::Type;
+    static constexpr MemberForm kForm = Form;
+
+    /// It is only said, and only heard, where the rest of the message says this.
+    bool (*when)(const Owner&) = nullptr;
 
     [[nodiscard]] static constexpr const Type& of(const Owner& owner) { return owner.*Pointer; }
     [[nodiscard]] static constexpr Type& of(Owner& owner) { return owner.*Pointer; }
@@ -182,22 +186,22 @@ struct Member {
 /// A field of the head.
 template <auto Pointer>
 constexpr Member<MemberForm::kHead, Pointer> member(std::uint8_t number, std::string_view name) {
-    return {number, name};
+    return {{number, name}};
 }
 /// A member of a record.
 template <auto Pointer>
 constexpr Member<MemberForm::kHead, Pointer> member(std::string_view name) {
-    return {0, name};
+    return {{0, name}};
 }
 template <auto Pointer>
 constexpr Member<MemberForm::kFixed, Pointer> fixedMember(std::uint8_t number, std::string_view name) {
-    return {number, name};
+    return {{number, name}};
 }
 /// `number` and the next one; of an optional the flag's, and the next two.
 template <auto Pointer>
 constexpr Member<MemberForm::kNumbers, Pointer> numbersMember(std::uint8_t number, std::string_view first,
                                                               std::string_view second, std::string_view flag = {}) {
-    Member<MemberForm::kNumbers, Pointer> member{number, first};
+    Member<MemberForm::kNumbers, Pointer> member{{number, first}};
     member.second = second;
     member.flag = flag;
     return member;
@@ -205,15 +209,15 @@ constexpr Member<MemberForm::kNumbers, Pointer> numbersMember(std::uint8_t numbe
 /// The first of its members has this number, the others follow as they do there.
 template <auto Pointer>
 constexpr Member<MemberForm::kSpread, Pointer> spreadMember(std::uint8_t number) {
-    return {number, {}};
+    return {{number, {}}};
 }
 template <auto Pointer>
 constexpr Member<MemberForm::kPart, Pointer> partMember(std::string_view name) {
-    return {0, name};
+    return {{0, name}};
 }
 template <auto Pointer>
 constexpr Member<MemberForm::kRest, Pointer> restMember(std::string_view name) {
-    return {0, name};
+    return {{0, name}};
 }
 /// Bytes of a record that mean nothing yet.
 template <typename O, std::size_t Bytes>
@@ -348,52 +352,6 @@ struct HeldBy<std::vector<T>> {
 };
 template <typename M>
 using HeldType = typename HeldBy<typename M::Type>::Type;
-
-// ---- what a record is
-
-template <HasMembers T>
-[[nodiscard]] constexpr std::size_t recordSize();
-
-/// Of a value in a record, in bytes.
-template <typename T>
-[[nodiscard]] constexpr std::size_t sizeInRecord() {
-    constexpr ValueKind kind = valueKindOf<T>();
-    if constexpr (kind == ValueKind::kBool || kind == ValueKind::kWord || kind == ValueKind::kText)
-        return 4;
-    else if constexpr (kind == ValueKind::kPlace)
-        return 16;
-    else if constexpr (kind == ValueKind::kVector)
-        return 24;
-    else if constexpr (kind == ValueKind::kRotation)
-        return 32;
-    else if constexpr (kind == ValueKind::kValue)
-        return recordSize<T>();
-    else
-        return sizeof(T);
-}
-template <typename M>
-[[nodiscard]] constexpr std::size_t sizeInRecordOf(const M&) {
-    if constexpr (M::kForm == MemberForm::kReserved)
-        return M::kBytes;
-    else
-        return sizeInRecord<typename M::Type>();
-}
-/// Of all of its members, little-endian, one behind the other: as many bytes in each record.
-template <HasMembers T>
-[[nodiscard]] constexpr std::size_t recordSize() {
-    std::size_t size = 0;
-    forEachMember<T>([&](const auto& m) { size += sizeInRecordOf(m); });
-    return size;
-}
-/// Whether there are texts in it: they stand one behind the other in the part behind that of the records.
-template <HasMembers T>
-[[nodiscard]] constexpr bool recordHasTexts() {
-    bool any = false;
-    forEachMember<T>([&]<typename M>(const M&) {
-        if constexpr (M::kForm != MemberForm::kReserved) any = any || std::is_same_v<typename M::Type, std::string>;
-    });
-    return any;
-}
 
 /// What holds all requests, answers or notices has each number once.
 template <typename Info>

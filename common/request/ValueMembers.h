@@ -128,7 +128,6 @@ struct MembersOf<InputState> {
              member<&InputState::asked>("asked").said("how often each action has been asked for, counted around"));
     }
 };
-static_assert(recordSize<InputState>() == sizeof(InputState));
 
 /// Of what a commit made of placeholders.
 template <>

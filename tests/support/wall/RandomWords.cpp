@@ -1,32 +1,95 @@
 #include "tests/support/wall/RandomWords.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
 
 #include "common/codec/ChangeCodec.h"
+#include "common/request/Said.h"
 
 namespace tessera::simulation {
-namespace {
-
-template <std::size_t... I>
-ApplicationRequest filled(RandomWords& words, std::size_t kind, std::index_sequence<I...>) {
-    ApplicationRequest made;
-    const auto make = [&]<std::size_t K>() {
-        std::variant_alternative_t<K, ApplicationRequest> request;
-        words.fill(request);
-        made = std::move(request);
-    };
-    ((I == kind ? make.template operator()<I>() : void()), ...);
-    return made;
-}
-
-}  // namespace
-
 ApplicationRequest RandomWords::request() {
-    constexpr std::size_t kKinds = std::variant_size_v<ApplicationRequest>;
-    ApplicationRequest made = filled(*this, random_.below(kKinds), std::make_index_sequence<kKinds>());
+    const auto kinds = kindsOf<ApplicationRequest>();
+    const SaidKind<ApplicationRequest>& kind = kinds[random_.below(kinds.size())];
+    ApplicationRequest made;
+    fill(*kind.description, kind.make(made));
     if (auto* proposal = std::get_if<request::ProposeChanges>(&made))
         if (!wild()) proposal->list = ByteSlice(encodeChangeList(list()));
     return made;
+}
+
+void RandomWords::fill(const Description& of, void* value) {
+    for (const MemberEntry& m : of.members) {
+        void* const member = m.in(value);
+        if (m.form == MemberForm::kSpread) {
+            fill(*m.held.described, member);
+        } else if (m.form != MemberForm::kReserved && m.form != MemberForm::kRest && of.calledFor(m, value)) {
+            if (m.manner == Manner::kOne) {
+                one(m, m.held, member);
+                continue;
+            }
+            m.holder.resize(member, 0);
+            const std::uint64_t count =
+                m.manner == Manner::kMany ? random_.below(4) : std::uint64_t{random_.below(2) == 0};
+            for (std::uint64_t i = 0; i < count; ++i) one(m, m.held, m.add(member));
+        }
+    }
+}
+
+void RandomWords::one(const MemberEntry& m, const ValueType& type, void* value) {
+    switch (type.kind) {
+        case ValueKind::kBool:
+            setInteger(type, value, random_.below(2) == 0 ? 1 : 0);
+            return;
+        case ValueKind::kWord: {
+            const std::uint64_t word = random_.below(type.words.size() + (wild() ? 2 : 0));
+            std::memcpy(value, &word, type.bytes);  // it may be none
+            return;
+        }
+        case ValueKind::kUnsigned:
+        case ValueKind::kSigned: {
+            std::uint64_t number = 0;
+            if (type.id == IdKind::kObject)
+                number = wild() ? random_.below(1 << 16) : anyNode().value;
+            else if (type.id == IdKind::kObjectType)
+                number = allTypes()[random_.below(allTypes().size())].type.value;
+            else if (type.id == IdKind::kOther)
+                number = random_.below(64);
+            else
+                number = wild() ? random_.next() : random_.below(20);
+            std::memcpy(value, &number, type.bytes);
+            return;
+        }
+        case ValueKind::kText:
+            *static_cast<std::string*>(value) = text();
+            return;
+        case ValueKind::kNumber:
+        case ValueKind::kPlace:
+        case ValueKind::kVector:
+            for (std::size_t i = 0; i < type.bytes / sizeof(double); ++i)
+                static_cast<double*>(value)[i] = number(m.bounds.least, m.bounds.greatest);
+            return;
+        case ValueKind::kRotation: {
+            const double w = number(-1, 1), x = number(-1, 1), y = number(-1, 1);
+            *static_cast<Quatd*>(value) = Quatd(w, x, y, number(-1, 1));
+            return;
+        }
+        case ValueKind::kRow:
+            for (std::size_t at = 0; at < type.bytes; at += type.each->bytes)
+                one(m, *type.each, static_cast<std::byte*>(value) + at);
+            return;
+        case ValueKind::kBytes: {
+            Bytes bytes(random_.below(200));
+            for (std::byte& each : bytes) each = static_cast<std::byte>(random_.next());
+            *static_cast<ByteSlice*>(value) = ByteSlice(std::move(bytes));
+            return;
+        }
+        case ValueKind::kValue:
+            fill(*type.described, value);
+            return;
+    }
 }
 
 double RandomWords::number(double least, double greatest) {

@@ -182,8 +182,9 @@ std::string Storm::doOne(Random& random) {
         }
         case 19: {
             if (random.below(2) == 0) {
+                ++changes_;
                 std::ofstream(folder_ / "scene.tsct", std::ios::app) << fmt::format(
-                    "node {{ name: \"change{}\" transform {{ translation {{ y: {} }} }} }}\n", ++changes_, changes_);
+                    "node {{ name: \"change{}\" transform {{ translation {{ y: {} }} }} }}\n", changes_, changes_);
                 return "the scene's file is changed";
             }
             disk_->syncError = EIO;

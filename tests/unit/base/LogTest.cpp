@@ -3,6 +3,8 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -13,6 +15,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "common/base/Error.h"
 #include "common/base/FileHandle.h"
@@ -43,6 +47,10 @@ public:
             all_.append(some.data(), static_cast<std::size_t>(got));
         }
         return all_;
+    }
+    void waitForSome() const {
+        pollfd ready{.fd = ends_[0], .events = POLLIN, .revents = 0};
+        EXPECT_EQ(::poll(&ready, 1, 30'000), 1);
     }
     std::FILE* in = nullptr;
 
@@ -107,6 +115,26 @@ TEST(Log, ItsEndWaitsForWhatWasSaidButNotForEver) {
         said = pipe.readUntil("late\n");
     }
     EXPECT_NE(said.find("test: warning: late\n"), std::string::npos);
+}
+
+TEST(Log, WhoHasItsFilesNumberAfterwardsIsNotWrittenTo) {
+    const std::string tooLong(100'000, 'x');  // for a pipe
+    Pipe pipe;
+    {
+        Log log("test", pipe.in);
+        log.info(tooLong);
+        pipe.waitForSome();  // so that the other one is written by itself
+        log.info("later");
+    }
+    const int number = ::fileno(pipe.in);
+    std::fclose(std::exchange(pipe.in, nullptr));
+    const FileHandle made(::memfd_create("other", MFD_CLOEXEC));
+    ASSERT_EQ(::dup2(made.get(), number), number);
+    const FileHandle other(number);
+    EXPECT_EQ(pipe.readUntil("later\n"), "test: " + tooLong + "\ntest: later\n");
+    struct stat about {};
+    ASSERT_EQ(::fstat(other.get(), &about), 0);
+    EXPECT_EQ(about.st_size, 0);
 }
 
 TEST(LogDeathTest, ACheckThatFailsComesAfterWhatWasSaid) {

@@ -1,6 +1,7 @@
 /// What applications are told of collisions: every field arrives as it was said, and bytes that say what cannot be are
 /// refused.
-#include "common/codec/MemberCodec.h"
+#include "common/codec/RecordCodec.h"
+#include "common/request/Check.h"
 
 #include <gtest/gtest.h>
 
@@ -188,15 +189,25 @@ TEST(ApplicationCollision, DecisionsThatCannotBeAreRefused) {
 
 template <typename Value>
 Bytes packed(const std::vector<Value>& values) {
-    return std::move(RecordWriter(std::span<const Value>(values)).bytes());
+    return packRecords(descriptionOf<Value>(), values.data(), values.size()).bytes;
 }
+struct HoldsRecords {
+    template <typename Value>
+    static Holder of() {
+        return {[](const void* all) { return static_cast<const std::vector<Value>*>(all)->size(); },
+                [](const void* all) -> const void* { return static_cast<const std::vector<Value>*>(all)->data(); },
+                [](void* all, std::size_t size) { static_cast<std::vector<Value>*>(all)->resize(size); }};
+    }
+};
 /// As a message would: records, and whether each says what may be.
 template <typename Value>
 Expected<std::vector<Value>> unpacked(ByteSpan bytes, std::size_t most) {
-    Expected<std::vector<Value>> values = unpackRecords<Value>(bytes, most);
-    if (!values) return values;
-    for (const Value& value : *values)
-        if (const std::optional<Error> fault = findFault(value)) return tl::unexpected(*fault);
+    const Description& description = descriptionOf<Value>();
+    std::vector<Value> values;
+    if (const auto taken = unpackRecords(description, bytes, most, {}, HoldsRecords::of<Value>(), &values); !taken)
+        return tl::unexpected(taken.error());
+    for (const Value& value : values)
+        if (const std::optional<Error> fault = findFault(description, &value)) return tl::unexpected(*fault);
     return values;
 }
 
@@ -259,10 +270,10 @@ TEST(ApplicationCollision, CountsAndBytesAreBounded) {
     EXPECT_FALSE(decodeNotice(encodeNotice(answer::Contacts{0_frame, 0, {{}, {}}, 0, 0}), tight));
 
     ApplicationLimits small;
-    small.maxCollisionBytes = 3 * recordSize<PairEventValue>() - 1;
+    small.maxCollisionBytes = 3 * descriptionOf<PairEventValue>().recordBytes - 1;
     EXPECT_EQ(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), small).error().code,
               ErrorCode::kLimit);
-    small.maxCollisionBytes = 3 * recordSize<PairEventValue>();
+    small.maxCollisionBytes = 3 * descriptionOf<PairEventValue>().recordBytes;
     EXPECT_TRUE(decodeNotice(encodeNotice(answer::PairEvents{0_frame, events, 0}), small));
 }
 

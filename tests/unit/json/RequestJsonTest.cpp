@@ -1,12 +1,16 @@
 /// Requests as JSON: each that there is, there and back; and all that can be wrong with one.
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "common/codec/ApplicationCodec.h"
 #include "common/json/MemberJson.h"
 #include "common/json/RequestJson.h"
 #include "common/request/Catalogue.h"
+#include "common/request/Check.h"
+#include "common/request/Requests.h"
 #include "common/scene/FieldTable.h"
 #include "tests/unit/json/RandomMembers.h"
 
@@ -24,10 +28,10 @@ void thereAndBack(std::type_identity<std::variant<R...>>, std::uint64_t seed) {
     RandomMembers random(seed);
     const auto tryOne = [&]<typename One>(std::type_identity<One>) {
         One request{};
-        random.fill(request);
-        if (findFault(request)) return;  // a rule of the whole, as "a place or a node"
+        random.fill(descriptionOf<One>(), &request);
+        if (findFault(descriptionOf<One>(), &request)) return;  // a rule of the whole, as "a place or a node"
         Binaries binaries;
-        const std::string text = jsonText(MemberJsonWriter(binaries).write(request));
+        const std::string text = jsonText(memberJson(descriptionOf<One>(), &request, binaries));
         ObjectNames names;
         const ApiExpected<ReadRequest> back = readRequest(One::kInfo.name, *parseJson(text), binaries, names);
         ASSERT_TRUE(back) << One::kInfo.name << ", seed " << seed << ": " << back.error().message << "\n" << text;
@@ -60,9 +64,9 @@ void expectNamedKeys(std::type_identity<std::variant<A...>>, std::span<const Tol
     const auto tryOne = [&]<typename One>(std::type_identity<One>) {
         RandomMembers random(7);
         One answer{};
-        random.fill(answer);
+        random.fill(descriptionOf<One>(), &answer);
         Binaries binaries;
-        const Json json = MemberJsonWriter(binaries).write(answer);
+        const Json json = memberJson(descriptionOf<One>(), &answer, binaries);
         const auto text = std::ranges::find(told, One::kInfo.name, [](const ToldText& each) { return each.info.name; });
         ASSERT_NE(text, told.end());
         for (const auto& item : json.items())
