@@ -15,7 +15,7 @@ constexpr std::size_t kMaxApplicationHeadBytes = std::size_t{1} << 20;
 /// Of answers and notices: images bring one for each tile, others three at most.
 constexpr std::size_t kMostPartsOfNotice = 2;
 
-/// What a kind of message is called, and what is said of one that nobody knows.
+/// The name of a kind of message, and the words for one that nobody knows.
 struct SaidWords {
     std::string_view kind, unknown;
 };
@@ -49,7 +49,7 @@ Expected<Variant> decode(const ByteSlice& bytes, std::size_t maxParts, const App
         const auto found = std::ranges::find(all, field.number, &SaidKind<Variant>::number);
         if (found == all.end()) return;
         if (mayNot && (refused = mayNot(*found->info))) return;
-        // Of several the last one counts.
+        // The last one of several counts.
         if (kind != &*found) {
             kind = &*found;
             value = kind->make(said);

@@ -298,7 +298,7 @@ void MemberReader::finish(const Description& of, void* value) {
 void MemberReader::takeParts(const Description& of, void* value) {
     for (const MemberEntry& m : of.members) {
         void* const member = m.in(value);
-        // What is not to be said is as it is in a fresh one.
+        // A member that is not to be said is as it is in a fresh one.
         if (!of.calledFor(m, value)) {
             m.assign(member, m.in(of.fresh));
         } else if (m.form == MemberForm::kPart) {

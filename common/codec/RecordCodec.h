@@ -16,7 +16,7 @@ struct PackedRecords {
 
 /// Fills what holds values of that type, a vector or an optional; on failure it is empty. At most `most`, counted
 /// before memory is taken (kLimit). kBadInput: a broken record, one that says what cannot be, texts that are not as
-/// long as the records say. Of their members' bounds asks `findFault`.
+/// long as the records say. `findFault` asks for their members' bounds.
 [[nodiscard]] Expected<void> unpackRecords(const Description& of, ByteSpan bytes, std::size_t most, ByteSpan texts,
                                            const Holder& holder, void* values);
 /// The same of numbers, `bytes` of memory each, as they lie there.

@@ -19,11 +19,11 @@ struct Description;
 [[nodiscard]] Error roleRefusal(const RequestInfo& info, Role role);
 
 /// kBadInput: numbers out of their bounds or none at all, quaternions that tell no rotation; kUnsupported: words that
-/// this version does not know; kLimit: too long, or too many. What is wrong first, in the order of the members.
+/// this version does not know; kLimit: too long, or too many. It tells the first fault in the order of the members.
 [[nodiscard]] std::optional<Error> findFault(const Description& description, const void* value,
                                              const ApplicationLimits& limits = {});
 
-/// Of a request by its number: with its name in front, "REQUEST: budget_ms must be from 0.1 to 60000, or 0, not -3".
+/// The same for a request, by its number. Its name stands in front: "REQUEST: budget_ms must be at least 0, not -3".
 [[nodiscard]] Expected<void> checkRequest(std::uint8_t number, const void* request);
 template <typename Request>
 [[nodiscard]] Expected<void> checkRequest(const Request& request) {

@@ -18,7 +18,7 @@ struct Description;
 
 enum class IdKind : std::uint8_t { kNone, kObject, kObjectType, kOther };
 
-/// What one value is: a member itself, or one of those that an optional or a vector holds.
+/// The type of one value: a member itself, or one of those that an optional or a vector holds.
 struct ValueType {
     ValueKind kind = ValueKind::kBytes;
     IdKind id = IdKind::kNone;
@@ -31,7 +31,7 @@ struct ValueType {
 
 enum class Manner : std::uint8_t { kOne, kOptional, kMany };
 
-/// What an optional or a vector holds, one behind the other.
+/// Access to the values in an optional or a vector, which lie one behind the other.
 struct Holder {
     std::size_t (*size)(const void* holder) = nullptr;
     const void* (*data)(const void* holder) = nullptr;
@@ -94,7 +94,7 @@ struct Description {
     std::size_t bytes = 0;  ///< of a value in memory
     const void* fresh = nullptr;
     bool (*calls)(void (*when)(), const void* owner) = nullptr;
-    /// What is wrong with the whole, in words; null: nothing can be.
+    /// Says in words why the whole is wrong; null: it cannot be.
     std::optional<std::string> (*fault)(const void* value) = nullptr;
     // Where it stands in records: as many bytes in each, little-endian; texts in a part of their own.
     std::size_t recordBytes = 0;

@@ -98,7 +98,7 @@ struct PointedAt<T O::*> {
     using Type = T;
 };
 
-/// What is said of a member beside its type.
+/// The description of a member beside its type.
 struct MemberWords {
     std::uint8_t number = 0;
     std::string_view name;  ///< as the schema and messages have it

@@ -394,7 +394,7 @@ void turnBody(SolverBody& body, double seconds) {
     const Vec3d momentum = body.inertia * body.spin;
     // In body axes; as the frame begins they are the world's.
     double stiff = seconds * momentum.norm() * body.inverseInertia.norm();
-    // Of a body whose inertia has no square.
+    // The square of its inertia may be no number.
     if (!std::isfinite(stiff)) stiff = seconds * momentum.stableNorm() * body.inverseInertia.stableNorm();
     // One where it is not a number: the order of these arguments says so.
     const int steps = static_cast<int>(std::min(kMostTurnSteps, std::max(1.0, std::ceil(stiff / kTurnStep))));
