@@ -30,8 +30,8 @@ class Log {
 public:
     static constexpr std::size_t kMaxWaitingBytes = std::size_t{256} << 10;
 
-    /// `program` stands in front of every line, e.g. "tessera-client[left]". `out` is written to by a number of
-    /// its own: it may be closed at any time. Nothing is left in its buffer. `journal`: the journal's socket.
+    /// `program` stands in front of every line, e.g. "tessera-client[left]". The log writes to `out` by a
+    /// number of its own, so `out` may be closed once the log is made. `journal`: the journal's socket.
     explicit Log(std::string program, std::FILE* out = stderr, const std::string& journal = usualJournal());
     /// Flushes.
     ~Log();

@@ -99,8 +99,8 @@ TEST(Spin, NothingIsLostInALongRun) {
     EXPECT_LT(std::abs(s.energy() / energy - 1), 1e-9);
 }
 
-/// From where the squares of what it consists of are no numbers.
-TEST(Spin, ABodyOfAnySizeTurns) {
+/// At the smallest sizes the squares of their inertia are no numbers.
+TEST(Spin, BodiesOfTinyAndOfLargeSizeTurn) {
     for (const double size : {1e5, 1.0, 1e-40, 1e-80, 1e-100}) {
         Spinner s({1, 1, 1}, Vec3d(0, 0, 1));
         s.w.parts[0].world.linear() *= size;
