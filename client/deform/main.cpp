@@ -106,7 +106,6 @@ int main(int argc, char** argv) {
     Options commandLine("tessera-deform",
                         "Leads the control points of a running wall's surfaces and lattices to\nand fro.",
                         versionText("tessera-deform"));
-    // A range lets pass what is no number.
     const auto numberOfSeconds = [](const std::string& text) {
         char* end = nullptr;
         const auto seconds = static_cast<double>(std::strtold(text.c_str(), &end));

@@ -18,6 +18,7 @@
 
 #include "common/access/ChosenTokens.h"
 #include "common/access/WallProtection.h"
+#include "common/base/FileHandle.h"
 #include "common/net/OwnAddress.h"
 
 namespace tessera {
@@ -189,21 +190,28 @@ int openOwn(const std::string& path, int flags, uid_t owner = geteuid()) {
     return -1;
 }
 
+std::string pathOfRunFolder() {
+    const std::string base = baseFolder();
+    if (!base.empty()) return base + "/tessera";
+    std::error_code error;
+    const std::filesystem::path temporary = std::filesystem::temp_directory_path(error);
+    return (error ? std::filesystem::path("/tmp") : temporary) / fmt::format("tessera-{}", geteuid());
+}
+
+/// A folder of this user alone.
+bool isOwnFolder(const struct stat& info) {
+    return S_ISDIR(info.st_mode) && info.st_uid == geteuid() && (info.st_mode & 0026) == 0;
+}
+
 }  // namespace
 
 Expected<std::string> runFolder() {
-    const std::string base = baseFolder();
-    std::string folder = base + "/tessera";
-    if (base.empty()) {
-        std::error_code error;
-        const std::filesystem::path temporary = std::filesystem::temp_directory_path(error);
-        folder = (error ? std::filesystem::path("/tmp") : temporary) / fmt::format("tessera-{}", geteuid());
-    }
+    const std::string folder = pathOfRunFolder();
     if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
         return tl::unexpected(systemError("a folder for this user's walls", folder));
     struct stat info {};
     if (lstat(folder.c_str(), &info) != 0) return tl::unexpected(systemError("cannot be looked at", folder));
-    if (!S_ISDIR(info.st_mode) || info.st_uid != geteuid() || (info.st_mode & 0026) != 0)
+    if (!isOwnFolder(info))
         return fail(ErrorCode::kRefused,
                     fmt::format("{} is not a folder of this user alone (mode 0700): remove it, or set XDG_RUNTIME_DIR",
                                 folder));
@@ -239,12 +247,32 @@ std::vector<LocalWall> wallsIn(const std::string& folder, uid_t owner) {
 
 }  // namespace
 
+Expected<std::vector<std::string>> runFolders() {
+    const Expected<std::string> own = runFolder();
+    if (!own) return tl::unexpected(own.error());
+    std::vector<std::string> folders{*own};
+    const std::string users = fmt::format("/run/user/{}", geteuid());
+    if (const std::string base = baseFolder(); !base.empty() && base != users) return folders;
+    std::error_code error;
+    const std::filesystem::path temporary = std::filesystem::temp_directory_path(error);
+    const std::string ofTask = fmt::format("tessera-{}", geteuid());
+    for (const std::string& folder : {users + "/tessera", (temporary / ofTask).string(), "/tmp/" + ofTask}) {
+        struct stat info {};
+        if (std::ranges::find(folders, folder) == folders.end() && lstat(folder.c_str(), &info) == 0 &&
+            isOwnFolder(info))
+            folders.push_back(folder);
+    }
+    return folders;
+}
+
 Expected<std::vector<LocalWall>> localWalls() {
-    const Expected<std::string> folder = runFolder();
-    if (!folder) return tl::unexpected(folder.error());
-    std::vector<LocalWall> walls = wallsIn(*folder, geteuid());
+    const Expected<std::vector<std::string>> folders = runFolders();
+    if (!folders) return tl::unexpected(folders.error());
+    std::vector<LocalWall> walls;
+    for (const std::string& folder : *folders) std::ranges::move(wallsIn(folder, geteuid()), std::back_inserter(walls));
     struct stat service {};
-    if (*folder == kServiceFolder || lstat(kServiceFolder, &service) != 0 || !S_ISDIR(service.st_mode)) return walls;
+    if (folders->front() == kServiceFolder || lstat(kServiceFolder, &service) != 0 || !S_ISDIR(service.st_mode))
+        return walls;
     std::ranges::move(wallsIn(kServiceFolder, service.st_uid), std::back_inserter(walls));
     return walls;
 }
@@ -335,33 +363,67 @@ Expected<std::function<std::string(const std::string& peer)>> accessLater(const 
     };
 }
 
-Expected<std::vector<LocalWall>> endLocalLinks() {
-    const Expected<std::string> own = runFolder();
-    if (!own) return tl::unexpected(own.error());
-    std::vector<std::string> folders{*own};
+namespace {
+
+std::string lineIn(const std::map<std::string, std::string>& lines, const char* word) {
+    const auto line = lines.find(word);
+    return line == lines.end() ? std::string() : line->second;
+}
+
+/// `runFolders`, and the service's where it is this user's own.
+Expected<std::vector<std::string>> foldersOfOwnWalls() {
+    Expected<std::vector<std::string>> folders = runFolders();
     struct stat service {};
-    if (*own != kServiceFolder && lstat(kServiceFolder, &service) == 0 && S_ISDIR(service.st_mode) &&
-        service.st_uid == geteuid())
-        folders.emplace_back(kServiceFolder);
+    if (folders && std::ranges::find(*folders, kServiceFolder) == folders->end() &&
+        lstat(kServiceFolder, &service) == 0 && S_ISDIR(service.st_mode) && service.st_uid == geteuid())
+        folders->emplace_back(kServiceFolder);
+    return folders;
+}
+
+}  // namespace
+
+Expected<std::vector<LocalWall>> endLocalLinks() {
+    const Expected<std::vector<std::string>> folders = foldersOfOwnWalls();
+    if (!folders) return tl::unexpected(folders.error());
     std::vector<LocalWall> walls;
-    for (const std::string& folder : folders) {
+    for (const std::string& folder : *folders) {
         if (const Expected<void> ended = renewLinksMark(folder); !ended) return tl::unexpected(ended.error());
         std::ranges::move(wallsIn(folder, geteuid()), std::back_inserter(walls));
     }
     std::erase_if(walls, [](const LocalWall& wall) { return !wall.authority.empty(); });
+    if (const Expected<void> ended = forgetStoppedWalls(""); !ended) return tl::unexpected(ended.error());
     if (const Expected<void> ended = ChosenTokens::endWithoutKeys(); !ended) return tl::unexpected(ended.error());
     return walls;
+}
+
+Expected<void> forgetStoppedWalls(const std::string& authority) {
+    // A folder is made for walls alone.
+    if (struct stat none{}; lstat(pathOfRunFolder().c_str(), &none) != 0) return {};
+    const Expected<std::vector<std::string>> folders = foldersOfOwnWalls();
+    if (!folders) return tl::unexpected(folders.error());
+    const auto isMeant = [&](const std::string& protection) {
+        return authority.empty() ? !WallProtection::hasKeys(protection) : WallProtection::isOf(protection, authority);
+    };
+    for (const std::string& folder : *folders) {
+        std::error_code error;
+        for (std::filesystem::directory_iterator each(folder, error), none; !error && each != none;
+             each.increment(error)) {
+            const std::string path = each->path();
+            if (!path.ends_with(kEnding)) continue;
+            const FileHandle file(openOwn(path, O_RDWR));
+            // The lock is a running server's.
+            if (file.get() < 0 || !lockIt(file.get()) || !isMeant(lineIn(readLines(file.get()), "protection")))
+                continue;
+            if (ftruncate(file.get(), 0) != 0) return tl::unexpected(systemError("cannot be emptied", path));
+        }
+    }
+    return {};
 }
 
 namespace {
 
 std::string pathOfPlace(const std::string& folder, const std::string& wall, int place) {
     return fmt::format("{}/{}-{}{}", folder, fileName(wall), place, kEnding);
-}
-
-std::string lineIn(const std::map<std::string, std::string>& lines, const char* word) {
-    const auto line = lines.find(word);
-    return line == lines.end() ? std::string() : line->second;
 }
 
 }  // namespace

@@ -61,9 +61,15 @@ struct ServerMeant {
 [[nodiscard]] Expected<std::function<std::string(const std::string& peer)>> accessLater(const std::string& tokenFile,
                                                                                         bool sealed);
 
-/// Ends the links and tokens that this user's walls without keys have handed out on this machine, those too that are
+/// Where this user's walls may be: `runFolder` first. A session has one that a task without a session (cron, ssh) has
+/// not, so both are looked into. An XDG_RUNTIME_DIR elsewhere names the only folder.
+[[nodiscard]] Expected<std::vector<std::string>> runFolders();
+/// Ends the links and tokens that this user's walls without keys have handed out in these folders, those too that are
 /// not running now (`WallProtection`), and the tokens that people chose for them. Returns the ones that run.
 [[nodiscard]] Expected<std::vector<LocalWall>> endLocalLinks();
+/// Forgets the tokens of this user's walls that are not running now: of those with keys of that authority; empty: of
+/// those without keys. The mark ends them as well, where it is not lost.
+[[nodiscard]] Expected<void> forgetStoppedWalls(const std::string& authority);
 
 /// A server's wishes for its place among the walls of this machine.
 struct LocalWallWish {

@@ -43,6 +43,10 @@ bool WallProtection::hasKeys(const std::string& text) {
     return text.starts_with(kKeys);
 }
 
+bool WallProtection::isOf(const std::string& text, const std::string& authority) {
+    return hasKeys(text) && (text + " ").starts_with(kKeys + authority + " ");
+}
+
 Expected<std::optional<std::string>> readLinksMark(const std::string& folder) {
     constexpr unsigned kOthersMayWrite = 0022;
     const std::string path = markPath(folder);
@@ -51,8 +55,10 @@ Expected<std::optional<std::string>> readLinksMark(const std::string& folder) {
     if (file.get() < 0) return markError("cannot be read", path);
     struct stat info {};
     if (::fstat(file.get(), &info) != 0) return markError("cannot be looked at", path);
+    if (!S_ISREG(info.st_mode))
+        return fail(ErrorCode::kRefused, fmt::format("{}: it is no file: remove it, and revoke once more", path));
     const bool own = info.st_uid == geteuid() || info.st_uid == 0;
-    if (!S_ISREG(info.st_mode) || !own || (info.st_mode & kOthersMayWrite) != 0)
+    if (!own || (info.st_mode & kOthersMayWrite) != 0)
         return fail(ErrorCode::kRefused,
                     fmt::format("{}: others may write it: `tessera-keys revoke --links` makes another one", path));
     std::array<char, kMostMarkBytes> text{};

@@ -19,8 +19,9 @@ struct WallProtection {
     /// Returns whether tokens of the protection with this line serve under this one, too. A restart of the machine
     /// removes the mark of walls without keys, which ends no token.
     [[nodiscard]] bool continues(const std::string& before) const;
-    /// Returns whether a line is that of a wall with keys.
+    /// Returns whether a line is that of a wall with keys; and of this authority.
     [[nodiscard]] static bool hasKeys(const std::string& text);
+    [[nodiscard]] static bool isOf(const std::string& text, const std::string& authority);
 };
 
 /// Returns the mark in the file "links" of a folder of keys, or of a user's run folder; nothing: there is no such file.

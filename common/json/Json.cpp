@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "common/json/JsonValues.h"
+
 namespace tessera {
 namespace {
 
@@ -61,7 +63,8 @@ public:
         // Which of two counts, readers say differently: what a gate has seen would not be what is done.
         std::set<std::string>& names = named_[depth_ - 1];
         if (!names.insert(name).second)
-            found_ = {ErrorCode::kBadInput, fmt::format("no JSON: \"{}\" is said twice", name), name};
+            found_ = {ErrorCode::kBadInput, fmt::format("no JSON: \"{}\" is said twice", shortened(name)),
+                      shortened(name)};
         else if (names.size() > kMaxJsonMembers)
             found_ = {ErrorCode::kLimit, fmt::format("an object with more than {} members", kMaxJsonMembers)};
         return !found_;

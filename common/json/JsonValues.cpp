@@ -95,11 +95,14 @@ std::optional<ObjectId> objectIn(JsonPlace& place, const Json& json, const Named
         const std::optional<std::uint64_t> number = digitsIn(std::string_view(text).substr(1));
         if (number && *number < kFirstPlaceholder) return ObjectId(isNew ? kFirstPlaceholder + *number : *number);
     } else if (named) {
-        if (const std::optional<ObjectId> object = named(text)) return object;
+        const Expected<ObjectId> object = named(text, place.path());
+        if (object) return *object;
+        place.refuse(object.error().code, object.error().message);
+        return std::nullopt;
     }
     place.refuse(ErrorCode::kBadInput, fmt::format("\"{}\" names no object: its number, \"#17\", a path "
                                                    "(\"/hall/crane\"), or \"$0\" for the first that is created",
-                                                   text));
+                                                   shortened(text)));
     return std::nullopt;
 }
 
@@ -113,7 +116,8 @@ std::optional<ObjectType> typeIn(JsonPlace& place, const Json& json) {
     if (json.is_null()) return ObjectType{};
     if (json.is_string()) {
         if (const TypeInfo* type = findType(std::string_view(json.get_ref<const std::string&>()))) return type->type;
-        place.refuse(ErrorCode::kNotFound, fmt::format("there is no type \"{}\"", json.get_ref<const std::string&>()));
+        place.refuse(ErrorCode::kNotFound,
+                     fmt::format("there is no type \"{}\"", shortened(json.get_ref<const std::string&>())));
         return std::nullopt;
     }
     const std::optional<std::uint64_t> number = unsignedIn(place, json, 0xffff);

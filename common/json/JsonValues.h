@@ -11,13 +11,20 @@
 #include <string_view>
 #include <utility>
 
+#include "common/base/Utf8.h"
 #include "common/change/Value.h"
 #include "common/json/Json.h"
 
 namespace tessera {
 
-/// Which object a text means that is neither "#17" nor "$0"; nothing: it is not known.
-using NamedObject = std::function<std::optional<ObjectId>(const std::string&)>;
+/// The object that a text means, where it is neither "#17" nor "$0". `path`: the member that says so.
+using NamedObject = std::function<Expected<ObjectId>(const std::string& name, const std::string& path)>;
+
+/// The words of somebody, for a message: their beginning, where they are longer than names are.
+[[nodiscard]] inline std::string shortened(std::string_view said) {
+    constexpr std::size_t kMost = 200;
+    return said.size() <= kMost ? std::string(said) : std::string(cutUtf8(said, kMost)) + "…";
+}
 
 /// Where one is in what is read, and the first thing that is wrong there.
 class JsonPlace {
@@ -27,7 +34,7 @@ public:
     public:
         Step(JsonPlace& place, std::string_view name) : place_(place), before_(place.path_.size()) {
             if (!place.path_.empty()) place.path_ += '.';
-            place.path_ += name;
+            place.path_ += shortened(name);
         }
         Step(JsonPlace& place, std::size_t index) : place_(place), before_(place.path_.size()) {
             place.path_ += '[' + std::to_string(index) + ']';

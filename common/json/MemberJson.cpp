@@ -277,7 +277,7 @@ void MemberJsonReader::takeWord(const ValueType& type, void* value, const Json& 
     const auto word = std::ranges::find(type.words, std::string_view(said));
     if (word == type.words.end())
         return place_.refuse(ErrorCode::kBadInput,
-                             fmt::format("\"{}\" is none of {}", said, fmt::join(type.words, ", ")));
+                             fmt::format("\"{}\" is none of {}", shortened(said), fmt::join(type.words, ", ")));
     setInteger(type, value, static_cast<std::uint64_t>(word - type.words.begin()));
 }
 

@@ -12,7 +12,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <span>
 
 #include "common/base/Blob.h"
@@ -30,16 +29,18 @@ struct ReadRequest {
 /// Objects by names that are neither numbers nor "$0": paths.
 class ObjectNames {
 public:
-    /// What is not known yet is `wanted` from now on, and stands for the root meanwhile. Nothing: too many are wanted.
-    [[nodiscard]] std::optional<ObjectId> find(const std::string& name);
+    /// A name that is not known yet is `wanted` from now on, and stands for the root meanwhile. `path`: of the member
+    /// that says it. kLimit: it is too long, or too many are wanted.
+    [[nodiscard]] Expected<ObjectId> find(const std::string& name, const std::string& path);
     void know(const std::string& name, ObjectId id) { known_[name] = id; }
-    /// Those that were asked for and are not known, as many as a server is asked for at once.
-    [[nodiscard]] const std::set<std::string>& wanted() const { return wanted_; }
+    /// Those that were asked for and are not known, as many as a server is asked for at once; and the member that was
+    /// the first to name each.
+    [[nodiscard]] const std::map<std::string, std::string>& wanted() const { return wanted_; }
     void forgetWanted() { wanted_.clear(); }
 
 private:
     std::map<std::string, ObjectId> known_;
-    std::set<std::string> wanted_;
+    std::map<std::string, std::string> wanted_;
 };
 
 /// `fields`: an object, or null where nothing is said. Whatever is wrong is refused with its field. Where `names` wants

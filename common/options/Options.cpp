@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -72,7 +73,10 @@ Option Option::range(std::uint64_t least, std::uint64_t most, ShowValues show) c
 
 Option Option::range(double least, double most, ShowValues show) const {
     option_->check(shown(CLI::Range(least, most), show));
-    return *this;
+    // No comparison with NaN holds, so the range alone lets it pass.
+    return check([](const std::string& text) {
+        return std::string(std::isnan(std::strtod(text.c_str(), nullptr)) ? "not a number" : "");
+    });
 }
 
 Option Option::number() const {

@@ -31,7 +31,7 @@ public:
     Option oneOf(std::initializer_list<const char*> words, ShowValues show = ShowValues::kInHelp) const;
     Option oneOf(const std::vector<std::string>& words, ShowValues show = ShowValues::kInHelp) const;
     Option oneOf(std::initializer_list<int> numbers, ShowValues show = ShowValues::kInHelp) const;
-    /// Each value has to be a number from `least` to `most`, both included. NaN passes.
+    /// Each value has to be a number from `least` to `most`, both included.
     Option range(int least, int most, ShowValues show = ShowValues::kInHelp) const;
     Option range(std::uint64_t least, std::uint64_t most, ShowValues show = ShowValues::kInHelp) const;
     Option range(double least, double most, ShowValues show = ShowValues::kInHelp) const;

@@ -27,10 +27,14 @@ void ask(const std::shared_ptr<Asking>& asking);
 
 /// Objects by the names that the request speaks of.
 void lookUp(DoorLink& link, const std::shared_ptr<Asking>& asking) {
-    const std::vector<std::string> names(asking->names.wanted().begin(), asking->names.wanted().end());
+    std::vector<std::string> names, members;
+    for (const auto& [name, member] : asking->names.wanted()) {
+        names.push_back(name);
+        members.push_back(member);
+    }
     asking->names.forgetWanted();
     link.ask(ObjectsQuestion{{.names = names, .paths = false}}, {},
-             [asking, names](const Expected<ApplicationAnswer>& answer) {
+             [asking, names, members](const Expected<ApplicationAnswer>& answer) {
                  const auto* objects = answer ? std::get_if<answer::Objects>(&*answer) : nullptr;
                  if (!answer) return asking->answered(withoutField(answer.error()));
                  if (objects == nullptr || objects->objects.size() != names.size())
@@ -38,7 +42,8 @@ void lookUp(DoorLink& link, const std::shared_ptr<Asking>& asking) {
                  for (std::size_t i = 0; i < names.size(); ++i) {
                      const ObjectInfo& object = objects->objects[i];
                      if (!object.id)
-                         return asking->answered(tl::unexpected(ApiError{ErrorCode::kNotFound, object.path}));
+                         return asking->answered(tl::unexpected(
+                             ApiError{ErrorCode::kNotFound, members[i] + ": " + object.path, members[i]}));
                      asking->names.know(names[i], object.id);
                  }
                  ask(asking);

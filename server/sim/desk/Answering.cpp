@@ -9,6 +9,8 @@ message::Reply replyTo(const Asker& asker, const Expected<ApplicationAnswer>& an
     } else {
         reply.code = answer.error().code;
         reply.error = answer.error().message;
+        // An empty one would grant.
+        if (reply.error.empty()) reply.error = "it is refused, and nobody has said why";
     }
     return reply;
 }

@@ -101,6 +101,7 @@ void Loader::finish(Preparation made) {
 void Loader::carryOutApart(Preparation order) {
     constexpr std::size_t kMostWords = 4096;
     std::array<char, kMostWords> words{};
+    std::size_t length = 0;  // there may be zeros among them
     std::optional<ErrorCode> refused;
     std::thread([&] {
         Preparation made = order;
@@ -108,10 +109,10 @@ void Loader::carryOutApart(Preparation order) {
         if (!made.refused) return finish(std::move(made));
         // Nothing of a refused load outlives its thread: one text at the far end of its heap would keep all of it.
         refused = made.refused->code;
-        cutUtf8(made.refused->message, words.size() - 1).copy(words.data(), words.size() - 1);
+        length = cutUtf8(made.refused->message, words.size()).copy(words.data(), words.size());
     }).join();
     if (!refused) return;
-    order.refused = Error{*refused, words.data()};
+    order.refused = Error{*refused, std::string(words.data(), length)};
     finish(std::move(order));
 }
 

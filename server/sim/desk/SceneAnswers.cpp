@@ -185,7 +185,17 @@ Expected<answer::Objects> describe(const Aspect& scene, const ObjectsWish& wante
             return fail(ErrorCode::kLimit,
                         fmt::format("their fields have more than {} MiB; ask for fewer", limits.maxBytes >> 20));
         out.objects.push_back(id ? infoOf(scene, *id) : ObjectInfo{.path = id.error().message});
-        if (worlds) out.places.push_back(placeOf(worlds->of(id.value_or(ObjectId()))));
+        if (worlds) {
+            const Affine3d world_T_node = worlds->of(id.value_or(ObjectId()));
+            const bool reached = world_T_node.matrix().allFinite();
+            out.places.push_back(placeOf(reached ? world_T_node : Affine3d::Identity()));
+            if (!reached) {
+                out.objects.back() = {.path = fmt::format("#{}: it has no place in the world; it would be beyond all "
+                                                          "numbers, by the transforms above it",
+                                                          id->value)};
+                continue;
+            }
+        }
         if (!id) continue;
         if (wanted.paths && scene.get<Node>(*id)) {
             nodes.push_back(*id);

@@ -22,7 +22,7 @@ int errorOf(int result) {
 
 int FileSystem::create(const std::string& path, int& file) {
     // O_APPEND: what failed is cut off, and the next try begins where the file then ends.
-    file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0600);
+    file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0600);
     return file < 0 ? errno : 0;
 }
 

@@ -68,7 +68,14 @@ Expected<JournalFolder> JournalFolder::hold(const std::string& path, std::shared
     if (!made && errno != EEXIST)
         return fail(ErrorCode::kFailed, fmt::format("{}: the journal's folder cannot be made: {}", path, words(errno)));
     const std::string name = path + "/lock";
-    const int lock = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    const int lock = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
+    struct stat info {};
+    const bool regular = lock >= 0 && ::fstat(lock, &info) == 0 && S_ISREG(info.st_mode);
+    if (regular ? info.st_nlink > 1 : lock >= 0 || errno == ELOOP || errno == EISDIR) {
+        if (lock >= 0) ::close(lock);
+        return fail(ErrorCode::kBadInput,
+                    fmt::format("{}: it is no file of a journal's own (a link, or no file at all)", name));
+    }
     if (lock < 0)
         return fail(ErrorCode::kFailed, fmt::format("{}: a journal cannot be kept there: {}", name, words(errno)));
     JournalFolder folder(path, std::make_shared<JournalDisk>(std::move(calls)), lock);

@@ -35,8 +35,14 @@ Expected<std::string> revokeLinksOf(const KeyFolder& folder) {
     const Expected<KeyFolder::Writer> writer = KeyFolder::Writer::open(folder);
     if (!writer) return tl::unexpected(writer.error());
     const Expected<std::vector<KeptToken>> tokens = folder.tokens();
-    if (const Expected<void> written = writer->writeTokens({}); !written) return tl::unexpected(written.error());
+    // The step that can fail without having ended anything comes first.
     if (const Expected<void> marked = renewLinksMark(folder.path()); !marked) return tl::unexpected(marked.error());
+    if (const Expected<void> written = writer->writeTokens({}); !written)
+        return failWith("links have ended, tokens have not", written.error());
+    if (const Expected<TlsKeys> keys = folder.ofServer(); keys)
+        if (const auto context = TlsContext::make(*keys); context)
+            if (const Expected<void> forgotten = forgetStoppedWalls((*context)->authorityFingerprint()); !forgotten)
+                return tl::unexpected(forgotten.error());
     if (const Expected<void> ended = ChosenTokens::endIn(folder, *writer); !ended) return tl::unexpected(ended.error());
     return fmt::format("revoked {} of {}, and all links and tokens that a server with these keys has handed out\n",
                        tokens ? countOf(*tokens) : "a damaged list of tokens", folder.path());
@@ -48,7 +54,9 @@ Expected<std::string> revokeLocalLinks() {
     if (!walls) return tl::unexpected(walls.error());
     std::vector<std::string> running;
     for (const LocalWall& wall : *walls) running.push_back(fmt::format("{} ({})", wall.wall, toString(wall.server)));
-    return fmt::format("revoked all links and tokens of this user's walls without keys on this machine; {}\n",
+    const Expected<std::vector<std::string>> folders = runFolders();
+    return fmt::format("revoked all links and tokens of this user's walls without keys ({}); {}\n",
+                       fmt::join(folders.value_or(std::vector<std::string>()), ", "),
                        running.empty() ? "none runs now" : fmt::format("these run now: {}", fmt::join(running, ", ")));
 }
 

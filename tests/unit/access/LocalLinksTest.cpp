@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -106,6 +107,43 @@ TEST_F(LocalLinks, OfAChosenTokenServeAsLongAsItIsNamed) {
     EXPECT_EQ(first[2], kChosen);
     EXPECT_EQ(tokensOf({}, kChosen), first);
     EXPECT_NE(tokensOf({})[2], kChosen) << "nobody names it any more";
+}
+
+/// The tokens of a server that is not running are gone, whatever becomes of the mark until it starts again.
+TEST_F(LocalLinks, OfAStoppedWallStayEndedThoughTheMarkIsLost) {
+    const auto at = [](const WallProtection& protection, const char* listen) {
+        return start(protection, "", listen)->tokens().words;
+    };
+    const WallProtection keys{.authority = kAuthority}, others{.authority = kOtherAuthority};
+    const auto first = tokensOf({}), ofKeys = at(keys, "127.0.0.1:7001"), ofOthers = at(others, "127.0.0.1:7002");
+    const auto running = start({}, "", "127.0.0.1:8000");
+    const auto before = running->tokens().words;
+    ASSERT_TRUE(endLocalLinks());
+    EXPECT_EQ(running->tokens().words, before) << "it sees the mark";
+    std::filesystem::remove(run() + "/links");
+    EXPECT_EQ(shared(first, tokensOf({})), 0u);
+    EXPECT_EQ(at(keys, "127.0.0.1:7001"), ofKeys);
+    ASSERT_TRUE(forgetStoppedWalls(kAuthority));
+    EXPECT_EQ(shared(ofKeys, at(keys, "127.0.0.1:7001")), 0u);
+    EXPECT_EQ(at(others, "127.0.0.1:7002"), ofOthers);
+}
+
+/// A server that a task without a session has started is this user's as well.
+TEST_F(LocalLinks, AreFoundWhereATaskWithoutASessionLeavesThem) {
+    unsetenv("XDG_RUNTIME_DIR");
+    const char* const given = std::getenv("TMPDIR");
+    const std::string before = given != nullptr ? given : "";
+    setenv("TMPDIR", folder_.path().c_str(), 1);
+    const std::string ofTask = folder_ / ("tessera-" + std::to_string(geteuid()));
+    std::filesystem::create_directory(ofTask);
+    std::filesystem::permissions(ofTask, std::filesystem::perms::owner_all);
+    const Expected<std::vector<std::string>> folders = runFolders();
+    setenv("XDG_RUNTIME_DIR", folder_.path().c_str(), 1);
+    const Expected<std::vector<std::string>> said = runFolders();
+    before.empty() ? unsetenv("TMPDIR") : setenv("TMPDIR", before.c_str(), 1);
+    ASSERT_TRUE(folders && said);
+    EXPECT_NE(std::ranges::find(*folders, ofTask), folders->end());
+    EXPECT_EQ(*said, std::vector<std::string>{run()}) << "who names a folder means that one";
 }
 
 TEST_F(LocalLinks, OfWallsWithoutKeysAreEndedTogether) {

@@ -1,5 +1,6 @@
 /// What is in a journal survives its server.
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
@@ -423,6 +424,31 @@ TEST(Journal, ScenesThatStandAnotherWayAreRefusedWithoutTheirNamesToo) {
         for (const char* word : {"--fit 3", "another folder"})
             EXPECT_NE(other.error().message.find(word), std::string::npos) << other.error().message;
     }
+}
+
+/// A link, or anything but a file, is no lock, and stays as it is.
+TEST(Journal, ALockThatIsALinkOrNoFileIsRefused) {
+    const test::TestFolder folder;
+    const std::string other = folder.write("other", "kept"), lock = folder / "wall/lock";
+    const auto refused = [&] {
+        const Expected<JournalFolder> held = JournalFolder::hold(folder / "wall");
+        EXPECT_FALSE(held);
+        if (!held) EXPECT_EQ(held.error().code, ErrorCode::kBadInput);
+        if (!held) EXPECT_NE(held.error().message.find(lock), std::string::npos) << held.error().message;
+    };
+    std::filesystem::create_directory(folder / "wall");
+    std::filesystem::create_symlink(other, lock);
+    refused();
+    std::filesystem::remove(lock);
+    std::filesystem::create_hard_link(other, lock);
+    refused();
+    std::filesystem::remove(lock);
+    std::filesystem::create_directory(lock);
+    refused();
+    std::filesystem::remove(lock);
+    ASSERT_EQ(::mkfifo(lock.c_str(), 0600), 0);
+    refused();
+    EXPECT_EQ(std::filesystem::file_size(other), 4u);
 }
 
 TEST(Journal, TheEpochGrowsThoughTheClockHasGoneBack) {

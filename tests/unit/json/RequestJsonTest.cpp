@@ -150,11 +150,52 @@ TEST(RequestJson, SumsThatAreCountedAroundMayBeBelowZero) {
     EXPECT_EQ(read("NavigateView", R"({"input":{"held":-1}})").error().code, ErrorCode::kBadInput) << "that is no sum";
 }
 
+TEST(RequestJson, OfPathsTooManyAndTooLongOnesAreRefusedAsSuch) {
+    const auto sharing = [](std::size_t count) {
+        Json fields{{"node", "/hall"}};
+        for (std::size_t i = 0; i < count; ++i) fields["share_objects"].push_back("/hall/" + std::to_string(i));
+        return fields;
+    };
+    ObjectNames few, many, longer;
+    EXPECT_TRUE(readRequest("CloneNode", sharing(63), {}, few));
+    EXPECT_EQ(few.wanted().size(), 64u);
+    EXPECT_EQ(few.wanted().at("/hall/7"), "share_objects[7]");
+    const ApiExpected<ReadRequest> read = readRequest("CloneNode", sharing(64), {}, many);
+    ASSERT_FALSE(read);
+    EXPECT_EQ(read.error().code, ErrorCode::kLimit);
+    EXPECT_EQ(read.error().field, "share_objects[63]");
+    const ApiExpected<ReadRequest> tooLong =
+        readRequest("RemoveNode", Json{{"node", "/" + std::string(5000, 'n')}}, {}, longer);
+    ASSERT_FALSE(tooLong);
+    EXPECT_EQ(tooLong.error().code, ErrorCode::kLimit);
+    EXPECT_EQ(tooLong.error().field, "node");
+}
+
+/// Messages quote the words that they refuse, but not all of them.
+TEST(RequestJson, RefusalsAreShortHoweverLongWhatIsRefused) {
+    const std::string much(1 << 20, 'k');
+    ObjectNames names;
+    for (const auto& [request, fields] :
+         std::initializer_list<std::pair<std::string, Json>>{{"MoveNode", {{much, 1}}},
+                                                             {"ProposeChanges", {{"list", {{much, 1}}}}},
+                                                             {"NavigateView", {{"deed", much}}},
+                                                             {"FindNodes", {{"core_type", much}}},
+                                                             {"MoveNode", {{"node", "#" + much}}},
+                                                             {much, {}}}) {
+        const ApiExpected<ReadRequest> read = readRequest(request, fields, {}, names);
+        ASSERT_FALSE(read);
+        EXPECT_LT(read.error().message.size() + read.error().field.size(), 2000u) << read.error().message.substr(0, 99);
+    }
+    const ApiExpected<Json> twice = parseJson("{\"" + much + "\":1,\"" + much + "\":2}");
+    ASSERT_FALSE(twice);
+    EXPECT_LT(twice.error().message.size() + twice.error().field.size(), 2000u);
+}
+
 TEST(RequestJson, PathsAreWantedAndThenKnown) {
     ObjectNames names;
     const Json fields = *parseJson(R"({"node":"/hall/crane"})");
     ASSERT_TRUE(readRequest("RemoveNode", fields, {}, names));
-    ASSERT_EQ(names.wanted(), std::set<std::string>{"/hall/crane"});
+    ASSERT_EQ(names.wanted(), (std::map<std::string, std::string>{{"/hall/crane", "node"}}));
     names.forgetWanted();
     names.know("/hall/crane", ObjectId(17));
     const ApiExpected<ReadRequest> read = readRequest("RemoveNode", fields, {}, names);

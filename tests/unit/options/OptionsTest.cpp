@@ -154,6 +154,7 @@ TEST(Options, HoldValuesToWhatIsAllowed) {
     EXPECT_EQ(fault({"--natural", ""}), "--natural: Value  not in range 1 to 256");
     EXPECT_EQ(fault({"--large", "0"}), "--large: Value 0 not in range 1 to 18446744073709551615");
     EXPECT_EQ(fault({"--number", "1001"}), "--number: Value 1001 not in range 0.000000 to 1000.000000");
+    for (const char* none : {"nan", "-nan", "NaN(7)"}) EXPECT_NE(fault({"--number", none}), "") << none;
     EXPECT_EQ(fault({"--number", "13"}), "--number: unlucky");
     EXPECT_EQ(fault({"--texts", "x"}), "--texts: Failed parsing x as a FLOAT");
 }

@@ -106,7 +106,7 @@ struct Uploading {
         const Expected<Uploads::Closed> closed = uploads.close(connection);
         if (!closed) return tl::unexpected(closed.error());
         if (closed->upload == 0) return std::vector<Blob>();
-        std::optional<UploadFinished> one = finished.popFor(20s);
+        std::optional<UploadFinished> one = finished.pop();
         if (!one || one->upload != closed->upload) return fail(ErrorCode::kFailed, "it does not end");
         uploads.handedOver(one->upload);
         return std::move(one->blobs);
@@ -270,7 +270,7 @@ TEST_F(UploadDesk, TheFrameThreadReadsNoByteOfWhatComes) {
     }
     EXPECT_FALSE(ask(naming(original)));
     EXPECT_TRUE(desk.takeEdits().empty()) << "it waits for its arrays";
-    std::optional<UploadFinished> finished = upload.finished.popFor(20s);
+    std::optional<UploadFinished> finished = upload.finished.pop();
     ASSERT_TRUE(finished);
     server.take(desk.uploaded(std::move(*finished), server.now));
     server.take(server.session.advance(server.now));
@@ -309,7 +309,7 @@ TEST_F(FullUploadDesk, ArraysOfProposalsThatWaitForHostsCountUntilTheirOutcome) 
         server.forget();
         server.take(desk.received({from, "somebody", ++asked, share(encodeRequest(naming(blob)))}, server.now));
         if (const auto replies = server.sent<message::Reply>(from); !replies.empty()) return replies[0].error;
-        std::optional<UploadFinished> finished = upload.finished.popFor(20s);
+        std::optional<UploadFinished> finished = upload.finished.pop();
         if (!finished) return "it does not end";
         server.take(desk.uploaded(std::move(*finished), server.now));
         return "";
@@ -391,7 +391,7 @@ TEST_F(UploadDesk, WhatIsWrongWithArraysIsToldToWhoProposes) {
     const Blob blob(someBytes(5000, 1)), other(someBytes(5000, 2));
     upload.send(application, {other.id(), 5000}, blob.slice(), 1000);
     EXPECT_FALSE(ask(naming(other)));
-    std::optional<UploadFinished> finished = upload.finished.popFor(20s);
+    std::optional<UploadFinished> finished = upload.finished.pop();
     ASSERT_TRUE(finished);
     server.forget();
     server.take(desk.uploaded(std::move(*finished), server.now));
