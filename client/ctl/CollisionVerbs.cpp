@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <iterator>
 #include <map>
 #include <set>
@@ -230,17 +229,18 @@ Expected<Answer> showEventsAndDistances(Application& application, const verb::Co
 /// Prints what each frame brings; frames that bring nothing are silent, and counted.
 class Follower {
 public:
-    Follower(Application& application, const verb::Contacts& wanted, ObjectId interest, bool json, const Print& print)
+    Follower(Application& application, const verb::Contacts& wanted, ObjectId interest, bool json, const Print& print,
+             const Print& warn)
         : application_(application),
           names_(application),
           wanted_(wanted),
           interest_(interest),
           json_(json),
-          print_(print) {}
+          print_(print),
+          warn_(warn) {}
 
     Expected<Answer> run() {
-        application_.onLost(
-            [](const Error& why) { std::fprintf(stderr, "tessera-ctl: %s; dialling again\n", why.message.c_str()); });
+        application_.onLost([this](const Error& why) { warn_("tessera-ctl: " + why.message + "; dialling again\n"); });
         const bool events = wanted_.events || !wanted_.distances;
         if (events)
             if (auto done = application_.onPairEvents(
@@ -286,7 +286,7 @@ private:
     const verb::Contacts& wanted_;
     ObjectId interest_;
     bool json_;
-    const Print& print_;
+    const Print &print_, &warn_;
     std::int64_t eventFrames_ = 0, distanceFrames_ = 0;
     std::size_t entries_ = 0;
 };
@@ -326,11 +326,12 @@ Json poseJson(const Pose& pose) {
 
 }  // namespace
 
-Expected<Answer> run(Application& application, const verb::Contacts& wanted, bool json, const Print& print) {
+Expected<Answer> run(Application& application, const verb::Contacts& wanted, bool json, const Print& print,
+                     const Print& warn) {
     const Expected<ObjectId> interest = wantedInterest(application, wanted);
     if (!interest) return tl::unexpected(interest.error());
     if (wanted.show) return drawContacts(application, *wanted.show, *interest);
-    if (wanted.follow) return Follower(application, wanted, *interest, json, print).run();
+    if (wanted.follow) return Follower(application, wanted, *interest, json, print, warn).run();
     if (wanted.events || wanted.distances) return showEventsAndDistances(application, wanted, *interest);
     return showContacts(application, wanted, *interest);
 }

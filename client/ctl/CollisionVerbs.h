@@ -8,9 +8,10 @@
 
 namespace tessera {
 
-/// Follows frames with `follow`, handing lines to `print` as they come: text, or with `json` one object for each frame.
+/// Follows frames with `follow`, handing lines to `print` as they come, and what else there is to say to `warn`: text,
+/// or with `json` one object for each frame.
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Contacts& wanted, bool json,
-                                   const Print& print);
+                                   const Print& print, const Print& warn);
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Questions&);
 [[nodiscard]] Expected<Answer> run(Application& application, const verb::Respond& decision);
 

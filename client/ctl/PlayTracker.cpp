@@ -75,7 +75,7 @@ PlayedPose circlePose(double time) {
     return {.time = time, .position = Vec3d(0.3 * std::cos(angle), 1.7 + 0.3 * std::sin(angle), 2)};
 }
 
-Expected<std::vector<PlayedPose>> readPoses(const std::string& path) {
+Expected<std::vector<PlayedPose>> readTrackerPoses(const std::string& path) {
     std::ifstream file(path);
     if (!file) return fail(ErrorCode::kNotFound, fmt::format("{}: cannot be read", path));
     std::vector<PlayedPose> poses;
@@ -152,7 +152,7 @@ Bytes oscDatagram(int sensor, const PlayedPose& pose) {
 Expected<Answer> play(const verb::PlayTracker& wish) {
     std::vector<PlayedPose> poses;
     if (!wish.file.empty()) {
-        Expected<std::vector<PlayedPose>> read = readPoses(wish.file);
+        Expected<std::vector<PlayedPose>> read = readTrackerPoses(wish.file);
         if (!read) return tl::unexpected(read.error());
         poses = std::move(*read);
     }

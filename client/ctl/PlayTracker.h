@@ -17,7 +17,7 @@ struct PlayedPose {
 /// A circle of 0.3 m about (0, 1.7, 2), once in four seconds, looking along -Z.
 [[nodiscard]] PlayedPose circlePose(double time);
 /// Lines of TIME X Y Z, or TIME X Y Z QW QX QY QZ, times ascending; # begins a comment. kBadInput with the line.
-[[nodiscard]] Expected<std::vector<PlayedPose>> readPoses(const std::string& path);
+[[nodiscard]] Expected<std::vector<PlayedPose>> readTrackerPoses(const std::string& path);
 /// The file's pose at a time, between its lines; past its end it begins again.
 [[nodiscard]] PlayedPose poseAt(const std::vector<PlayedPose>& poses, double time);
 

@@ -7,7 +7,6 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
-#include <thread>
 
 #include "client/ctl/AccessVerbs.h"
 #include "client/ctl/AnimationVerbs.h"
@@ -422,33 +421,36 @@ bool isEdit(const Verb& verb) {
         verb);
 }
 
-/// Empty where frames are made. A wall of which no host has drawn yet makes none before its start deadline is over.
+/// Empty where frames are made. A wall that waits for hosts makes none before its start deadline is over.
 std::string whyNoFrame(Application& application, const std::string& server) {
     const Expected<answer::Status> status = application.status();
-    if (!status || status->hosts.empty()) return {};
+    if (!status) return {};
     std::vector<std::string> hosts;
+    std::string first;
     for (const answer::HostInfo& host : status->hosts) {
-        if (host.state != "absent" && host.state != "joining" && host.state != "syncing") return {};
+        if (host.state != "absent" && host.state != "joining" && host.state != "syncing") continue;
+        if (hosts.empty()) first = host.name;
         hosts.push_back(fmt::format("{}: {}", host.name, host.state));
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // several frames, at any usual rate
-    const Expected<answer::Status> later = application.status();
-    if (!later || later->frame != status->frame) return {};
+    if (hosts.empty()) return {};
+    if (application.waitForFrame(std::chrono::milliseconds(200))) return {};  // several frames, at any usual rate
     const Expected<ServerMeant> meant = serverMeant(server);
     return withoutControls(fmt::format(
-        "no host draws yet ({}), edits are made with frames, and the first one waits for hosts, {} s at most. "
+        "no frame is shown yet ({}), edits are made with frames, and the first one waits for hosts, {} s at most. "
         "tessera-client --server {} --host {} starts one",
         fmt::join(hosts, ", "), application.wall().sync.startDeadline.count() / 1000,
-        meant ? toString(meant->address) : server, status->hosts.front().name));
+        meant ? toString(meant->address) : server, first));
 }
 
 /// One verb prints as it goes, one says much in either form.
 struct Runner {
     Application& application;
     bool json;
-    const Print& print;
+    const Print &print, &warn;
 
-    Expected<Answer> operator()(const verb::Contacts& wanted) const { return run(application, wanted, json, print); }
+    Expected<Answer> operator()(const verb::Contacts& wanted) const {
+        return run(application, wanted, json, print, warn);
+    }
     /// carryOut has done these without a server.
     Expected<Answer> operator()(const verb::PlayTracker& played) const { return play(played); }
     Expected<Answer> operator()(const verb::NewWall& wish) const { return makeNewWall(wish, print); }
@@ -466,7 +468,7 @@ struct Runner {
 
 }  // namespace
 
-Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
+Expected<Answer> carryOut(const CommandLine& line, const Print& print, const Print& warn, const Platform& platform) {
     if (const auto* played = std::get_if<verb::PlayTracker>(&line.verb)) return play(*played);
     if (const auto* wish = std::get_if<verb::NewWall>(&line.verb)) return makeNewWall(*wish, print);
     if (const auto* link = std::get_if<verb::Link>(&line.verb)) return linkOf(line, *link);
@@ -487,11 +489,11 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
     }
     // Any object may be a material: the scene is looked at whole, without its arrays.
     options.followScene = options.followScene || std::holds_alternative<verb::Materials>(line.verb);
-    Expected<std::unique_ptr<Application>> application = Application::connect(options);
+    Expected<std::unique_ptr<Application>> application = Application::connect(options, platform);
     if (!application) return tl::unexpected(application.error());
     const std::string waiting = isEdit(line.verb) ? whyNoFrame(**application, line.server) : std::string();
-    if (!waiting.empty()) std::fprintf(stderr, "tessera-ctl: %s\n", waiting.c_str());
-    Expected<Answer> answer = std::visit(Runner{**application, line.json, print}, line.verb);
+    if (!waiting.empty()) warn("tessera-ctl: " + waiting + "\n");
+    Expected<Answer> answer = std::visit(Runner{**application, line.json, print, warn}, line.verb);
     if (!answer && answer.error().code == ErrorCode::kNetwork && !waiting.empty())
         return fail(ErrorCode::kNetwork, answer.error().message + "; it stands, and is done with the first frame");
     return answer;
@@ -499,7 +501,8 @@ Expected<Answer> carryOut(const CommandLine& line, const Print& print) {
 
 namespace {
 
-CtlOutcome outcomeOf(const std::vector<std::string>& words, const Print& print) {
+CtlOutcome outcomeOf(const std::vector<std::string>& words, const Print& print, const Print& warn,
+                     const Platform& platform) {
     const auto failed = [](const Error& error) {
         return CtlOutcome{exitCode(error.code), {}, "tessera-ctl: " + error.message + "\n"};
     };
@@ -507,7 +510,7 @@ CtlOutcome outcomeOf(const std::vector<std::string>& words, const Print& print) 
     if (!parsed) return failed(parsed.error());
     if (const auto* help = std::get_if<HelpText>(&*parsed)) return {0, help->text, {}};
     const auto& line = std::get<CommandLine>(*parsed);
-    const Expected<Answer> answer = carryOut(line, print);
+    const Expected<Answer> answer = carryOut(line, print, warn, platform);
     if (!answer) return failed(answer.error());
     CtlOutcome outcome;
     // Names come from files: what is no UTF-8 must not stop the answer. A verb that has printed its entries as they
@@ -522,8 +525,15 @@ CtlOutcome outcomeOf(const std::vector<std::string>& words, const Print& print) 
 
 }  // namespace
 
-CtlOutcome runCtl(const std::vector<std::string>& words, const Print& print) {
-    CtlOutcome outcome = outcomeOf(words, [&](const std::string& lines) { print(withoutControls(lines)); });
+void warnOnStderr(const std::string& lines) {
+    std::fwrite(lines.data(), 1, lines.size(), stderr);
+}
+
+CtlOutcome runCtl(const std::vector<std::string>& words, const Print& print, const Print& warn,
+                  const Platform& platform) {
+    CtlOutcome outcome = outcomeOf(
+        words, [&](const std::string& lines) { print(withoutControls(lines)); },
+        [&](const std::string& lines) { warn(withoutControls(lines)); }, platform);
     outcome.out = withoutControls(std::move(outcome.out));
     outcome.err = withoutControls(std::move(outcome.err));
     return outcome;

@@ -22,14 +22,19 @@ Application::Application(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Application::~Application() = default;
 
 Expected<std::unique_ptr<Application>> Application::connect(const Options& options) {
+    return connect(options, Platform());
+}
+
+Expected<std::unique_ptr<Application>> Application::connect(const Options& options, const Platform& platform) {
     Expected<ConnectionOptions> connectionOptions = connectionOptionsOf(options);
     if (!connectionOptions) return tl::unexpected(connectionOptions.error());
+    connectionOptions->platform = platform;
     Options known = options;  // messages name the server, whoever has named it
     known.address = addressText(*connectionOptions);
     auto impl = std::make_unique<Impl>(std::move(*connectionOptions), known);
 
     // A little more than the transport's own timeout, whose message is the better one.
-    const TimePoint deadline = clockNow() + options.timeout + milliseconds(100);
+    const TimePoint deadline = platform.now() + options.timeout + milliseconds(100);
     while (!impl->wall || (options.followScene && !impl->haveScene)) {
         if (!impl->take(deadline) && !impl->ended) {
             if (!impl->wall)
@@ -65,9 +70,9 @@ bool Application::serverIsOver() const {
 
 Expected<bool> Application::poll(milliseconds timeout) {
     if (impl_->dispatching) return fail(ErrorCode::kRefused, "poll was called from within a callback");
-    const TimePoint deadline = clockNow() + timeout;
+    const TimePoint deadline = impl_->now() + timeout;
     while (impl_->aside.empty() && impl_->take(deadline)) continue;
-    while (impl_->take(clockNow())) continue;
+    while (impl_->take(impl_->now())) continue;
     return impl_->dispatch();
 }
 
@@ -77,12 +82,13 @@ Expected<notice::Frame> Application::waitForFrame(milliseconds timeout) {
         if (auto subscribed = impl_->subscribe(); !subscribed) return tl::unexpected(subscribed.error());
     }
     impl_->lastFrame.reset();
-    const TimePoint deadline = clockNow() + timeout;
+    const TimePoint deadline = impl_->now() + timeout;
     for (;;) {
-        const auto polled = poll(std::chrono::ceil<milliseconds>(timeUntil(deadline)));
+        const auto polled =
+            poll(std::chrono::ceil<milliseconds>(std::max<Duration>(deadline - impl_->now(), Duration::zero())));
         if (!polled) return tl::unexpected(polled.error());
         if (impl_->lastFrame) return *impl_->lastFrame;
-        if (clockNow() >= deadline)
+        if (impl_->now() >= deadline)
             return fail(ErrorCode::kNetwork, fmt::format("the wall showed no frame within {} ms", timeout.count()));
     }
 }
@@ -181,11 +187,11 @@ Expected<answer::Committed> Application::cloneNode(const CloneWish& wish) {
 }
 
 Expected<answer::FoundPage> Application::find(NodeSearch wanted) {
-    const TimePoint deadline = clockNow() + impl_->options.timeout;
+    const TimePoint deadline = impl_->now() + impl_->options.timeout;
     for (;;) {
         Expected<answer::FoundPage> page = impl_->ask(request::FindNodes{wanted});
         if (!page || !page->nodes.empty() || page->next.empty()) return page;
-        if (clockNow() >= deadline)
+        if (impl_->now() >= deadline)
             return fail(ErrorCode::kNetwork,
                         fmt::format("the server at {} found nothing within {} ms, and has not looked everywhere",
                                     impl_->options.address, impl_->options.timeout.count()));
@@ -236,10 +242,10 @@ Expected<SceneExcerpt> Application::fetch(std::span<const ObjectId> objects) {
 
 Expected<SceneExcerpt> Application::fetchTree(TreeWish wanted) {
     SceneExcerpt excerpt;
-    const TimePoint deadline = clockNow() + impl_->options.timeout;
+    const TimePoint deadline = impl_->now() + impl_->options.timeout;
     wanted.after.clear();
     do {
-        if (clockNow() >= deadline)
+        if (impl_->now() >= deadline)
             return fail(ErrorCode::kNetwork, fmt::format("the server at {} did not tell all of the tree within {} ms",
                                                          impl_->options.address, impl_->options.timeout.count()));
         Expected<answer::TreePage> page = impl_->ask(request::GetTree{wanted});

@@ -27,6 +27,8 @@
 
 namespace tessera {
 
+struct Platform;
+
 class Application {
 public:
     struct Options {
@@ -48,6 +50,9 @@ public:
     /// Returns when the scene is there (with followScene), else when the server has answered. kNetwork: nobody there,
     /// no Tessera server, too slow; other codes: refused by the server.
     [[nodiscard]] static Expected<std::unique_ptr<Application>> connect(const Options& options);
+    /// The same on another's time, network and threads (common/net/Platform.h).
+    [[nodiscard]] static Expected<std::unique_ptr<Application>> connect(const Options& options,
+                                                                        const Platform& platform);
     /// Sends what is queued and takes leave; takes at most about a second.
     ~Application();
     Application(const Application&) = delete;

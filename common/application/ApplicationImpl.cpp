@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <thread>
 
 #include "common/codec/WallCodec.h"
 
@@ -42,11 +41,11 @@ Each(F...) -> Each<F...>;  // clang 14 does not find it by itself
 bool Application::Impl::take(TimePoint deadline) {
     if (ended) return false;
     if (!connection) {
-        std::this_thread::sleep_until(std::min(deadline, away->dialAt));
-        if (clockNow() < away->dialAt) return false;
+        connectionOptions.platform.sleepUntil(std::min(deadline, away->dialAt));
+        if (now() < away->dialAt) return false;
         connection = std::make_unique<Connection>(connectionOptions);
     }
-    std::optional<Incoming> value = connection->next(timeUntil(deadline));
+    std::optional<Incoming> value = connection->next(deadline);
     if (!value) return false;
     if (auto* answer = std::get_if<incoming::Reply>(&*value)) {
         // Any other reply belongs to a request that was given up.
@@ -89,13 +88,13 @@ void Application::Impl::lose(incoming::Ended end) {
     // Not where the fault is ours, or stays; a server that has just been started may refuse for the time being.
     const bool again = joined && end.retry && (end.error.code == ErrorCode::kNetwork || away);
     if (again && !away && options.redial > milliseconds::zero()) {
-        away = Away{clockNow(), clockNow(), kFirstPause, end.error};
+        away = Away{now(), now(), kFirstPause, end.error};
         aside.emplace_back(Lost{end.error});
     } else if (again && away) {
-        away->dialAt = clockNow() + away->pause;
+        away->dialAt = now() + away->pause;
         away->pause = std::min<Duration>(2 * away->pause, kLongestPause);
     }
-    if (again && away && clockNow() < away->since + options.redial) {
+    if (again && away && now() < away->since + options.redial) {
         connection.reset();
         return;
     }
@@ -180,9 +179,9 @@ Expected<ApplicationAnswer> Application::Impl::answerTo(Bytes body, milliseconds
     if (body.size() > limits::kMaxRequestBytes)
         return fail(ErrorCode::kLimit,
                     fmt::format("the request has {} bytes, and {} is the most", body.size(), limits::kMaxRequestBytes));
-    const TimePoint deadline = clockNow() + timeout;
+    const TimePoint deadline = now() + timeout;
     while (away && !ended)
-        if (!take(deadline) && clockNow() >= deadline)
+        if (!take(deadline) && now() >= deadline)
             return fail(ErrorCode::kNetwork, fmt::format("the server at {} did not come back within {} ms: {}",
                                                          options.address, timeout.count(), away->why.message));
     if (ended) return tl::unexpected(ended->error);
@@ -191,18 +190,18 @@ Expected<ApplicationAnswer> Application::Impl::answerTo(Bytes body, milliseconds
     connection->request(number, std::move(body));
     const Awaited waiting(awaited, number);
     constexpr milliseconds kLook{250};
-    TimePoint look = clockNow() + kLook;
+    TimePoint look = now() + kLook;
     while (!waiting.reply()) {
         const bool came = take(meanwhile ? std::min(deadline, look) : deadline);
-        if (meanwhile && !waiting.reply() && !ended && !away && clockNow() >= look) {
+        if (meanwhile && !waiting.reply() && !ended && !away && now() >= look) {
             meanwhile();
-            look = clockNow() + kLook;
+            look = now() + kLook;
         }
         if (waiting.reply()) break;
         if (ended) return tl::unexpected(ended->error);
         if (away)
             return fail(ErrorCode::kNetwork, away->why.message + " (whether what was asked for was done is not known)");
-        if (!came && clockNow() >= deadline)
+        if (!came && now() >= deadline)
             return fail(ErrorCode::kNetwork,
                         fmt::format("the server at {} did not answer within {} ms", options.address, timeout.count()));
     }
@@ -213,7 +212,7 @@ Expected<ApplicationAnswer> Application::Impl::answerTo(Bytes body, milliseconds
 
 Expected<answer::Committed> Application::Impl::settled(Expected<answer::Committed> committed) {
     if (!committed || !options.followScene || dispatching) return committed;
-    const TimePoint deadline = clockNow() + options.timeout;
+    const TimePoint deadline = now() + options.timeout;
     for (;;) {
         if (const auto applied = dispatch(); !applied) return tl::unexpected(applied.error());
         if (!away && haveScene && sequence >= committed->sequence) return committed;

@@ -14,11 +14,6 @@
 
 namespace tessera {
 
-/// Time left until `deadline`, never negative.
-[[nodiscard]] inline Duration timeUntil(TimePoint deadline) {
-    return std::max<Duration>(deadline - clockNow(), Duration::zero());
-}
-
 struct Application::Impl {
     Impl(ConnectionOptions c, const Options& o)
         : options(o), connectionOptions(std::move(c)), connection(std::make_unique<Connection>(connectionOptions)) {}
@@ -71,6 +66,7 @@ struct Application::Impl {
         return edit(request::MoveNode{node, move, gesture});
     }
     Expected<void> subscribe();
+    [[nodiscard]] TimePoint now() const { return connectionOptions.platform.now(); }
 
     Options options;
     ConnectionOptions connectionOptions;

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/access/LocalWalls.h"
-#include "common/net/TcpTransport.h"
 
 namespace tessera {
 
@@ -49,23 +48,29 @@ Expected<ConnectionOptions> connectionOptionsOf(const Application::Options& opti
 }
 
 Connection::Connection(ConnectionOptions options)
-    : options_(std::move(options)), events_(kMaxEvents), out_(options_.maxWaiting + kSpareRoom) {
-    transport_ = std::make_unique<TcpTransport>(ApplicationSession::limits(options_.keys),
-                                                [this](LinkEvent event) { events_.push(std::move(event)); });
+    : options_(std::move(options)),
+      events_(kMaxEvents),
+      out_(options_.maxWaiting + kSpareRoom),
+      lane_(options_.platform.lane({})) {
+    transport_ = options_.platform.transport(ApplicationSession::limits(options_.keys),
+                                             [this](LinkEvent event) { put(std::move(event)); });
     session_ = std::make_unique<ApplicationSession>(options_, *transport_,
                                                     [this](Incoming incoming) { give(std::move(incoming)); });
-    thread_ = std::thread([this] { run(); });
+    lane_->post([this] { turn(); });
 }
 
 Connection::~Connection() {
+    lane_->finish();
     events_.close();
-    thread_.join();
     session_.reset();
     transport_.reset();
 }
 
-std::optional<Incoming> Connection::next(Duration timeout) {
-    std::optional<Incoming> value = out_.popFor(timeout);
+std::optional<Incoming> Connection::next(TimePoint until) {
+    const Platform& platform = options_.platform;
+    if (platform.wait) platform.wait(until, [this] { return !out_.empty(); });
+    std::optional<Incoming> value =
+        platform.wait ? out_.tryPop() : out_.popFor(std::max<Duration>(until - platform.now(), 0ns));
     if (value) {
         --waiting_;
         waitingBytes_ -= bytesOf(*value);
@@ -74,29 +79,40 @@ std::optional<Incoming> Connection::next(Duration timeout) {
 }
 
 void Connection::request(std::uint64_t id, ByteSlice body) {
-    events_.push(message::Request{id, std::move(body)});
+    put(message::Request{id, std::move(body)});
 }
 
 void Connection::upload(std::span<const Blob> blobs) {
-    forEachUpload(blobs, [this](message::Upload piece) { events_.push(std::move(piece)); });
+    forEachUpload(blobs, [this](message::Upload piece) { put(std::move(piece)); });
 }
 
-void Connection::run() {
+void Connection::put(Event event) {
+    if (!events_.push(std::move(event)) || turnWaits_.exchange(true)) return;
+    lane_->post([this] { turn(); });
+}
+
+void Connection::turn() {
+    turnWaits_ = false;
     while (!session_->ended()) {
-        const Duration idle = std::clamp<Duration>(session_->nextDeadline() - clockNow(), 0ns, 1s);
-        std::optional<Event> event = events_.popFor(idle);
-        if (!event && events_.closed()) return;
-        if (event) {
-            if (const auto* link = std::get_if<LinkEvent>(&*event))
-                session_->on(*link);
-            else if (auto* upload = std::get_if<message::Upload>(&*event))
-                session_->upload(std::move(*upload));
-            else if (auto* request = std::get_if<message::Request>(&*event))
-                session_->request(request->id, std::move(request->body));
-        }
-        session_->advance(clockNow());
+        std::optional<Event> event = events_.tryPop();
+        if (!event) break;
+        if (const auto* link = std::get_if<LinkEvent>(&*event))
+            session_->on(*link);
+        else if (auto* upload = std::get_if<message::Upload>(&*event))
+            session_->upload(std::move(*upload));
+        else if (auto* request = std::get_if<message::Request>(&*event))
+            session_->request(request->id, std::move(request->body));
+        session_->advance(options_.platform.now());
     }
-    events_.close();
+    if (!session_->ended()) session_->advance(options_.platform.now());
+    if (session_->ended()) return events_.close();
+    const TimePoint next = session_->nextDeadline();
+    if (next >= wake_) return;
+    wake_ = next;
+    lane_->postAt(next, [this, next] {
+        if (wake_ == next) wake_ = TimePoint::max();
+        turn();
+    });
 }
 
 /// One who does not poll misses notices, the newest first; a list it must not miss.

@@ -1,4 +1,4 @@
-/// One connection of an application: sockets, session and decoding on threads of their own, values out.
+/// One connection of an application: sockets, session and decoding beside the caller, values out.
 #pragma once
 
 #include <atomic>
@@ -6,17 +6,18 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <thread>
 #include <variant>
 
 #include "common/application/Application.h"
 #include "common/application/ApplicationSession.h"
 #include "common/base/Channel.h"
+#include "common/net/Platform.h"
 
 namespace tessera {
 
 /// `access` is called by a thread inside.
 struct ConnectionOptions : ApplicationSessionOptions {
+    Platform platform = {};
     /// Called by a thread inside whenever something has come that `next` gives; may be empty.
     std::function<void()> arrived = {};
     /// Lists that may wait for the caller. One who does not poll for longer loses the connection; before that, once
@@ -28,14 +29,14 @@ struct ConnectionOptions : ApplicationSessionOptions {
 /// Those of an application. Errors: no server is meant, or its token or its keys cannot be read.
 [[nodiscard]] Expected<ConnectionOptions> connectionOptionsOf(const Application::Options& options);
 
-/// Owns two threads: the transport's and the session's. Members are called by one thread, the owner's.
+/// Owns a transport, and a lane for its session. Members are called by one thread, the owner's.
 class Connection {
 public:
     explicit Connection(ConnectionOptions options);
     ~Connection();
 
-    /// Nothing when none came within `timeout`.
-    [[nodiscard]] std::optional<Incoming> next(Duration timeout);
+    /// Nothing when none came until then.
+    [[nodiscard]] std::optional<Incoming> next(TimePoint until);
     /// The answer comes as a Reply with this id, or Ended.
     void request(std::uint64_t id, ByteSlice body);
     /// Arrays of the next proposal, in pieces.
@@ -46,7 +47,9 @@ public:
 private:
     using Event = std::variant<LinkEvent, message::Request, message::Upload>;
 
-    void run();
+    void put(Event event);
+    /// On the lane: all that has come, and what its time has come for.
+    void turn();
     void give(Incoming incoming);
     [[nodiscard]] bool hasRoom(const Incoming& incoming);
 
@@ -54,9 +57,11 @@ private:
     Channel<Event> events_;
     Channel<Incoming> out_;
     std::atomic<std::size_t> waiting_{0}, waitingBytes_{0};
+    std::atomic<bool> turnWaits_{true};  ///< one is posted and has not begun, or the session is not there yet
+    std::unique_ptr<Lane> lane_;
     std::unique_ptr<Transport> transport_;
-    std::unique_ptr<ApplicationSession> session_;  ///< the session thread's own
-    std::thread thread_;
+    std::unique_ptr<ApplicationSession> session_;  ///< the lane's own
+    TimePoint wake_ = TimePoint::max();            ///< a turn is posted for then
 };
 
 }  // namespace tessera

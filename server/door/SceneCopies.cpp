@@ -19,7 +19,7 @@ Expected<Aspect> follow(ConnectionOptions options, TimePoint deadline, const std
     Sequence current;
     constexpr std::chrono::milliseconds kLook{100};
     while (!stops && std::chrono::steady_clock::now() < deadline) {
-        const std::optional<Incoming> came = connection.next(kLook);
+        const std::optional<Incoming> came = connection.next(std::chrono::steady_clock::now() + kLook);
         if (!came) continue;
         if (const auto* ended = std::get_if<incoming::Ended>(&*came))
             return tl::unexpected(ended->over ? Error{ErrorCode::kNetwork, "the server is over"} : ended->error);

@@ -144,7 +144,7 @@ ChangeList ProgramTrials::verdicts(const Aspect& scene, Duration patience) {
     TimePoint now = time_.now();
     ChangeListBuilder builder;
     addHeavy(scene, builder);
-    const TimePoint until = now + patience;
+    const TimePoint until = now + std::max(patience, patience_);
     while (running_ || (!due_.empty() && !cannot_)) {
         startNext(scene, now);
         if (running_)

@@ -32,9 +32,9 @@ public:
     static constexpr std::uint64_t kTicket = ~std::uint64_t{1};
     static constexpr std::size_t kKept = 1024;
 
-    /// `program`: as ProgramTrial's.
-    explicit ProgramTrials(std::string program = {}, const TimeSource& time = machineTime())
-        : program_(std::move(program)), time_(time) {}
+    /// `program`: as ProgramTrial's. `patience`: as Platform::childPatience.
+    explicit ProgramTrials(std::string program = {}, const TimeSource& time = machineTime(), Duration patience = {})
+        : program_(std::move(program)), time_(time), patience_(patience) {}
 
     /// After each list applied to the scene, with that list; null: anything may have changed.
     /// `frame`: that shows it first.
@@ -61,6 +61,7 @@ private:
 
     std::string program_;
     const TimeSource& time_;
+    Duration patience_;
     void addHeavy(const Aspect& scene, ChangeListBuilder& builder);
     std::set<ObjectId> due_;
     std::set<ObjectId> all_;                  ///< programs with a text

@@ -110,6 +110,7 @@ TEST_F(BadInput, Walls) {
 TEST_F(BadInput, Options) {
     expect("unknown option", {"--wal", "1x1"}, 2, {"--wal"});
     expect("size", {"--size", "12by7", "--scene", kYard}, 2, {"12by7"});
+    expect("huge size", {"--size", "4294967360x4294967360", "--scene", kYard}, 2, {"4294967360x4294967360"});
     expect("address", {"--listen", "nonsense", "--scene", kYard}, 2, {"nonsense"});
     expect("camera", {"--wall", "1x1", "--scene", kYard, "--camera", "/no/such"}, 3, {"camera"});
 }

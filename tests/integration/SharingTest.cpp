@@ -1,5 +1,6 @@
 /// Real hosts that draw parts of each other's tiles, while some of them are stopped and killed in the middle; arrays
 /// that they have in common.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -231,6 +232,39 @@ TEST_F(Sharing, ArraysLieOnceInTheMemoryOfAMachineAndAreFetchedOnce) {
         const json report = wall.finish();
         EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0) << report["faults"].dump(2);
     }
+}
+
+/// Metered light, frame by frame, from the first on: what is metered of one counts for the next, whoever has drawn
+/// which part.
+TEST(SharedExposure, EachFrameIsTheSameHoweverItsPartsAreShared) {
+    constexpr int kFrames = 6;
+    std::map<std::string, std::map<std::string, Picture>> files;
+    std::uint64_t helped = 0;
+    for (const char* const share : {"off", "always"}) {
+        LiveWall wall({.scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/models/sunlit.glb",
+                       .size = "640x400",
+                       .server = {"--frames", std::to_string(kFrames)}});
+        for (const std::string& host : kFourHosts) wall.startClient(host, {"--keep-frames", "--share", share});
+        const json report = wall.waitForEnd(120s);
+        ASSERT_EQ(report["frames"], kFrames) << wall.logs();
+        EXPECT_EQ(report["exposure"]["changes"], 1) << "a still scene is found at once";
+        for (const json& row : report["tiles"]) helped += row["parts"].get<std::uint64_t>();
+        for (const std::string& host : kFourHosts)
+            for (int frame = 0; frame < kFrames; ++frame) {
+                const std::string name = fmt::format("{}/{:06}.png", tileOf(host), frame);
+                const auto bytes = readFile(wall.output() + "/tiles/" + name, 100 << 20);
+                ASSERT_TRUE(bytes) << name;
+                // Beside its pixels a file has the frame's number.
+                const auto picture = decodePng(*bytes);
+                ASSERT_TRUE(picture) << name;
+                files[share][name] = picture->picture;
+            }
+    }
+    EXPECT_GT(helped, 0u);
+    for (const auto& [name, picture] : files["off"]) EXPECT_TRUE(files["always"][name] == picture) << name;
+    const std::string first = tileOf(kFourHosts.front());
+    EXPECT_FALSE(files["off"][first + "/000000.png"] == files["off"][first + "/000001.png"]);
+    EXPECT_TRUE(files["off"][first + "/000001.png"] == files["off"][first + "/000005.png"]) << "at rest";
 }
 
 }  // namespace

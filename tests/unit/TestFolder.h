@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 namespace tessera::test {
@@ -23,6 +24,11 @@ public:
     TestFolder& operator=(const TestFolder&) = delete;
     [[nodiscard]] const std::string& path() const { return path_; }
     [[nodiscard]] std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+    /// Writes a file into it and returns its path.
+    std::string write(const std::string& name, const std::string& content) const {
+        std::ofstream(*this / name) << content;
+        return *this / name;
+    }
 
 private:
     std::string path_;

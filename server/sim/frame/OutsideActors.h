@@ -17,9 +17,10 @@ namespace tessera {
 struct OutsideActors {
     /// `drags` outlives it.
     OutsideActors(const Wall& wall, ManipulatorDrags& drags, Movies::Opener open, bool withNotices = true,
-                  const ExposureWish& exposureWish = {}, const TimeSource& time = machineTime())
+                  const ExposureWish& exposureWish = {}, const TimeSource& time = machineTime(),
+                  Duration childPatience = {})
         : inlines(wall),
-          programs({}, time),
+          programs({}, time, childPatience),
           notices(wall),
           saysNotices(withNotices),
           films(std::move(open)),

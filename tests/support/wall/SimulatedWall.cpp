@@ -1,13 +1,20 @@
 #include "tests/support/wall/SimulatedWall.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <fstream>
+#include <limits>
+#include <set>
 #include <utility>
 
+#include "client/ctl/Verbs.h"
 #include "common/codec/ApplicationCodec.h"
 #include "common/codec/WallCodec.h"
 #include "common/image/SharedFrame.h"
+#include "common/wall/PictureLayout.h"
+#include "server/command/ServerCommand.h"
 
 namespace tessera::simulation {
 namespace {
@@ -19,6 +26,11 @@ const char* const kServer = "server";
 std::optional<CullerKind> cullerOf(const WallOptions& options, const std::string& host) {
     const auto own = options.cullers.find(host);
     return own == options.cullers.end() ? options.culler : own->second;
+}
+
+Injection injectionOf(const WallOptions& options, const std::string& host) {
+    const auto own = options.injections.find(host);
+    return own == options.injections.end() ? Injection() : own->second;
 }
 
 }  // namespace
@@ -36,6 +48,7 @@ SimulatedHost::SimulatedHost(World& world, std::string name, const WallOptions& 
     host_ = std::make_unique<RenderHost>(RenderHostOptions{.name = name_,
                                                            .output = options.draws ? output : "",
                                                            .culler = cullerOf(options, name_),
+                                                           .injection = injectionOf(options, name_),
                                                            .workWaits = [this] { return work_.more(); },
                                                            .time = platform.time,
                                                            .lane = platform.lane},
@@ -177,18 +190,12 @@ void SimulatedApplication::take(Incoming incoming) {
 
 SimulatedWall::SimulatedWall(WallOptions options) : options_(std::move(options)), world_(options_.seed) {
     limitDrawThreads(0);
-    const Expected<std::string> path = findWall(options_.wall, std::string(TESSERA_BIN_DIR) + "/tessera-server");
-    if (!path) throw Violation(path.error().message);
-    Expected<Wall> wall = loadWall(*path);
-    if (wall && options_.widthPx > 0) wall = withSize(*wall, options_.widthPx, options_.heightPx);
-    if (!wall) throw Violation(wall.error().message);
-    wall_ = std::move(*wall);
     if (options_.scene.find('{') != std::string::npos) {
         std::ofstream(folder_ / "scene.tsct") << options_.scene;
         options_.scene = folder_ / "scene.tsct";
     }
     startServer();
-    for (const WallHost& host : wall_.hosts) startHost(host.name);
+    if (options_.hosts) startHosts();
 }
 
 SimulatedWall::~SimulatedWall() {
@@ -198,23 +205,41 @@ SimulatedWall::~SimulatedWall() {
     server_.reset();
 }
 
-ServerOptions SimulatedWall::serverOptions() const {
-    ServerOptions options;
-    options.wall = wall_;
-    if (!options_.scene.empty()) options.scenes = {options_.scene};
-    options.listen = {.host = "127.0.0.1", .port = address_.port};
-    options.frames = options_.frames;
-    options.rateHz = options_.rateHz;
-    options.journalPath = options_.journal;
-    options.journalFiles = options_.journalFiles;
-    options.reload = options_.reload;
-    options.import.importerProgram = std::string(TESSERA_BIN_DIR) + "/tessera-import";
-    return options;
+ServerOptions SimulatedWall::serverOptions() {
+    std::vector<std::string> words = {"tessera-server",
+                                      "--wall",
+                                      options_.wall,
+                                      "--listen",
+                                      fmt::format("127.0.0.1:{}", address_.port),
+                                      "--report",
+                                      folder_ / "report.json",
+                                      "--frames",
+                                      std::to_string(options_.frames),
+                                      "--rate",
+                                      fmt::format("{}", options_.rateHz)};
+    if (!options_.scene.empty()) words.insert(words.end(), {"--scene", options_.scene});
+    if (options_.widthPx > 0)
+        words.insert(words.end(), {"--size", fmt::format("{}x{}", options_.widthPx, options_.heightPx)});
+    if (!options_.journal.empty()) words.insert(words.end(), {"--journal", options_.journal});
+    if (options_.reload) words.emplace_back("--reload");
+    words.insert(words.end(), options_.server.begin(), options_.server.end());
+    std::vector<const char*> argv;
+    for (const std::string& word : words) argv.push_back(word.c_str());
+    ServerArguments arguments;
+    if (parseServerCommand(static_cast<int>(argv.size()), argv.data(), arguments))
+        throw Violation(fmt::format("no command line: {}", fmt::join(words, " ")));
+    Expected<ServerOptions> made =
+        serverOptionsOf(arguments, std::string(TESSERA_BIN_DIR) + "/tessera-server", words_.log);
+    if (!made) throw Violation(made.error().message);
+    made->journalFiles = options_.journalFiles;
+    made->import.importerProgram = std::string(TESSERA_BIN_DIR) + "/tessera-import";
+    return std::move(*made);
 }
 
 void SimulatedWall::startServer() {
     ServerOptions options = serverOptions();
-    options.recordPath = std::exchange(options_.record, {});
+    wall_ = options.wall;
+    if (std::string first = std::exchange(options_.record, {}); !first.empty()) options.recordPath = std::move(first);
     options.onListening = [this](const Address& bound) { address_ = bound; };
     options.platform = world_.platform(kServer, [this] {
         if (serverProgram_) serverProgram_->poke();
@@ -249,9 +274,44 @@ void SimulatedWall::stopServer() {
     server_->stop();
 }
 
+nlohmann::json SimulatedWall::finish() {
+    stopServer();
+    const bool ended = world_.runUntil(
+        [&] {
+            return !serverLives() &&
+                   std::ranges::all_of(hosts_, [](const auto& host) { return !host.second || host.second->ended(); });
+        },
+        30s);
+    serverProgram_.reset();
+    server_.reset();  // its recording ends
+    if (!ended || !serverError_.empty()) return {};
+    const Expected<Bytes> text = readFile(folder_ / "report.json", 64 << 20);
+    return text ? nlohmann::json::parse(asText(*text)) : nlohmann::json();
+}
+
+Platform SimulatedWall::platform(const std::string& program) {
+    Platform made = world_.platform(program, [] {});
+    made.wait = [this](TimePoint until, const std::function<bool()>& done) {
+        (void)world_.runUntil(done, std::max<Duration>(until - world_.now(), {}));
+    };
+    return made;
+}
+
+Told SimulatedWall::ctl(std::vector<std::string> words) {
+    words.insert(words.begin(), {"--server", toString(address_)});
+    std::string printed;
+    const auto print = [&](const std::string& lines) { printed += lines; };
+    const CtlOutcome outcome = runCtl(words, print, print, platform("ctl"));
+    return {outcome.exitCode, printed + outcome.out + outcome.err};
+}
+
 void SimulatedWall::startHost(const std::string& name) {
     hosts_[name] = nullptr;
     hosts_[name] = std::make_unique<SimulatedHost>(world_, name, options_, address_, folder_ / "out");
+}
+
+void SimulatedWall::startHosts() {
+    for (const WallHost& host : wall_.hosts) startHost(host.name);
 }
 
 void SimulatedWall::killHost(const std::string& name) {
@@ -270,32 +330,41 @@ SimulatedApplication& SimulatedWall::application(const std::string& name) {
 }
 
 std::optional<std::uint64_t> SimulatedWall::shownFrame() const {
+    if (world_.now() < lookAgain_) return shown_;
+    lookAgain_ = world_.now() + 500us;
+    shown_.reset();
     std::optional<std::uint64_t> frame;
     for (const Tile& tile : layoutTiles(wall_)) {
-        const auto shown = readSharedFrame(folder_ / ("out/tiles/" + tile.name + "/shown.frame"));
-        if (!shown || (frame && *frame != shown->frame)) return std::nullopt;
-        frame = shown->frame;
+        const auto shown = SharedFrameReader::open(folder_ / ("out/tiles/" + tile.name + "/shown.frame"));
+        if (!shown || (frame && *frame != shown->glance().number)) return std::nullopt;
+        frame = shown->glance().number;
     }
-    return frame;
+    return shown_ = frame;
 }
 
 std::optional<Picture> SimulatedWall::picture(const std::string& screen) const {
-    std::optional<std::uint64_t> frame;
-    std::vector<Tile> tiles = layoutTiles(wall_);
-    if (!screen.empty()) std::erase_if(tiles, [&](const Tile& tile) { return tile.screen != screen; });
-    int left = std::numeric_limits<int>::max(), right = 0, height = 0;
-    for (const Tile& tile : tiles) {
-        left = std::min(left, tile.mosaicRect.x);
-        right = std::max(right, tile.mosaicRect.x + tile.mosaicRect.width);
-        height = std::max(height, tile.mosaicRect.y + tile.mosaicRect.height);
+    std::vector<PictureLayout::Place> places = layoutPicture(wall_, PictureKind::kMosaic).places;
+    if (!screen.empty()) {
+        std::set<std::string> wanted;
+        for (const Tile& tile : layoutTiles(wall_))
+            if (tile.screen == screen) wanted.insert(tile.name);
+        std::erase_if(places, [&](const PictureLayout::Place& place) { return !wanted.contains(place.tile); });
     }
-    Picture whole = Picture::filled(right - left, height, 0, 0, 0);
-    for (const Tile& tile : tiles) {
-        const auto shown = readSharedFrame(folder_ / ("out/tiles/" + tile.name + "/shown.frame"));
+    constexpr int kFar = std::numeric_limits<int>::max();
+    int left = kFar, right = 0, top = kFar, bottom = 0;
+    for (const PictureLayout::Place& place : places) {
+        left = std::min(left, place.xPx);
+        right = std::max(right, place.xPx + place.widthPx);
+        top = std::min(top, place.yPx);
+        bottom = std::max(bottom, place.yPx + place.heightPx);
+    }
+    std::optional<std::uint64_t> frame;
+    Picture whole = Picture::filled(right - left, bottom - top, 0, 0, 0);
+    for (const PictureLayout::Place& place : places) {
+        const auto shown = readSharedFrame(folder_ / ("out/tiles/" + place.tile + "/shown.frame"));
         if (!shown || (frame && *frame != shown->frame)) return std::nullopt;
         frame = shown->frame;
-        // Rows of pictures are counted from above, those of walls from below.
-        paste(whole, shown->picture, tile.mosaicRect.x - left, height - tile.mosaicRect.y - tile.mosaicRect.height);
+        paste(whole, shown->picture, place.xPx - left, place.yPx - top);
     }
     return whole;
 }
@@ -312,6 +381,12 @@ Picture SimulatedWall::pictureOf(std::uint64_t frame, Duration atMost) {
         throw Violation(fmt::format("frame {} is not shown by all (now {}): {}\n{}", frame,
                                     now ? std::to_string(*now) : "various", serverError_, logs()));
     return picture().value();
+}
+
+Picture SimulatedWall::tilePicture(const std::string& tile) const {
+    Expected<ShownImage> shown = readSharedFrame(folder_ / ("out/tiles/" + tile + "/shown.frame"));
+    if (!shown) throw Violation(shown.error().message);
+    return std::move(shown->picture);
 }
 
 std::string SimulatedWall::logs() const {

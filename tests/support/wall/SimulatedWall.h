@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "client/draw/surface/Surface.h"
 #include "client/replica/RenderHost.h"
 #include "client/replica/ServerLink.h"
@@ -29,14 +31,23 @@ struct WallOptions {
     int widthPx = 64, heightPx = 36;  ///< of all screens together; width 0: as the file has it
     std::optional<CullerKind> culler = {};
     std::map<std::string, CullerKind> cullers = {};  ///< of hosts that have another one
+    bool hosts = true;                               ///< false: none is there until `startHosts`
     bool draws = true;                               ///< false: hosts follow the scene and show nothing
     std::string journal = {};                        ///< folder; empty: none
     std::shared_ptr<FileSystem> journalFiles = {};   ///< null: the system's
     std::string record = {};                         ///< file, of the first server alone; empty: none
     bool reload = false;                             ///< files that change are taken in again
     double rateHz = 60;
-    std::uint64_t frames = 0;  ///< 0: without end
+    std::uint64_t frames = 0;                          ///< 0: without end
+    std::vector<std::string> server = {};              ///< more words of tessera-server's command line
+    std::map<std::string, Injection> injections = {};  ///< of hosts that shall have faults
     std::uint64_t seed = 1;
+};
+
+/// The words of a program, and its exit code.
+struct Told {
+    int exitCode = -1;
+    std::string output;
 };
 
 class SimulatedWall;
@@ -129,6 +140,12 @@ public:
     [[nodiscard]] World& world() { return world_; }
     [[nodiscard]] const Wall& wall() const { return wall_; }
     [[nodiscard]] Address address() const { return address_; }
+    /// The wall's own, gone with it.
+    [[nodiscard]] const std::string& folder() const { return folder_.path(); }
+    /// For a program of the calling thread, which lets the wall go on while it waits.
+    [[nodiscard]] Platform platform(const std::string& program);
+    /// tessera-ctl with this wall's address.
+    [[nodiscard]] Told ctl(std::vector<std::string> words);
 
     /// One that follows the scene; connected and with the scene when it comes back.
     [[nodiscard]] SimulatedApplication& application(const std::string& name = "app");
@@ -146,6 +163,7 @@ public:
     /// As a killed process ends: without a word.
     void killHost(const std::string& name);
     void startHost(const std::string& name);
+    void startHosts();
     void killServer();
     /// Again, with the same options. Throws Violation where it does not begin.
     void startServer();
@@ -153,20 +171,25 @@ public:
     /// Why it has ended; empty: it goes on, or ended in order.
     [[nodiscard]] const std::string& serverError() const { return serverError_; }
     void stopServer();
+    /// Stops it, and waits for it and its hosts. Its report; null: there is none.
+    [[nodiscard]] nlohmann::json finish();
 
-    /// The number of the frame that all tiles show.
+    /// The number of the frame that all tiles show. It looks twice in a millisecond at most.
     [[nodiscard]] std::optional<std::uint64_t> shownFrame() const;
     /// Runs until all tiles show this frame. The exact stitch of them; Violation: it was never shown by all.
     [[nodiscard]] Picture pictureOf(std::uint64_t frame, Duration atMost = std::chrono::seconds(60));
-    /// The exact stitch of what all tiles show now; none where they show different frames.
+    /// The exact stitch of what all tiles show now, screens side by side, of two eyes the left one's; none where they
+    /// show different frames.
     [[nodiscard]] std::optional<Picture> picture() const { return picture({}); }
     /// The same of one screen alone; empty: of all.
     [[nodiscard]] std::optional<Picture> picture(const std::string& screen) const;
+    /// The picture that a tile shows now. Violation: there is none.
+    [[nodiscard]] Picture tilePicture(const std::string& tile) const;
     /// The lines that everybody has logged, for messages of tests.
     [[nodiscard]] std::string logs() const;
 
 private:
-    [[nodiscard]] ServerOptions serverOptions() const;
+    [[nodiscard]] ServerOptions serverOptions();
 
     WallOptions options_;
     test::TestFolder folder_;
@@ -178,6 +201,8 @@ private:
     std::shared_ptr<World::Program> serverProgram_;
     bool serverEnded_ = false;
     std::string serverError_;
+    mutable TimePoint lookAgain_{};               ///< at what is shown
+    mutable std::optional<std::uint64_t> shown_;  ///< as it was when somebody looked
     std::map<std::string, std::unique_ptr<SimulatedHost>> hosts_;
     std::map<std::string, std::unique_ptr<SimulatedApplication>> applications_;
 };

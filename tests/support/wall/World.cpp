@@ -108,7 +108,8 @@ Platform World::platform(const std::string& program, std::function<void()> poke)
                     lanes_.emplace(program, state);
                     return std::make_unique<SimulatedLane>(*this, std::move(state));
                 },
-            .transport = network_.transportOf(program, std::move(poke))};
+            .transport = network_.transportOf(program, std::move(poke)),
+            .childPatience = 60s};
 }
 
 bool World::runUntil(const std::function<bool()>& done, Duration atMost) {

@@ -116,7 +116,7 @@ TEST(Collisions, TheNewestFrameCanBeAskedFor) {
 /// The next notice that comes, as the frame it speaks of.
 std::uint64_t nextNotice(Connection& connection) {
     for (;;) {
-        const std::optional<Incoming> value = connection.next(5s);
+        const std::optional<Incoming> value = connection.next(clockNow() + 5s);
         if (!value) return 0;
         if (const auto* notice = std::get_if<incoming::Notice>(&*value))
             return std::get<answer::PairEvents>(notice->notice).frame.value;
@@ -135,7 +135,7 @@ TEST(Collisions, OneWhoDoesNotPollMissesNoticesAndKeepsItsConnection) {
     options.lists = false;
     options.maxWaitingBytes = 2 * encodeNotice(events(31, 100)).size();
     Connection connection(options);
-    while (!std::holds_alternative<incoming::Configured>(*connection.next(5s))) continue;
+    while (!std::holds_alternative<incoming::Configured>(*connection.next(clockNow() + 5s))) continue;
     for (const std::uint64_t round : {10u, 20u, 30u}) {
         server.notify(events(round, 101));  // more than ever may wait
         server.notify(events(round + 1, 100));

@@ -43,16 +43,16 @@ TEST(PlayTracker, SendsWhatTheParsersRead) {
 TEST(PlayTracker, GoesThroughAFileAndBeginsItAgain) {
     const test::TestFolder folder;
     const std::string path = written(folder, "# time and place\n1 0 0 0\n\n2 1 0 0   # a metre on\n3 1 2 0  0 0 1 0\n");
-    const auto poses = readPoses(path);
+    const auto poses = readTrackerPoses(path);
     ASSERT_TRUE(poses) << poses.error().message;
     EXPECT_EQ(poseAt(*poses, 0).position, Vec3d(0, 0, 0));
     EXPECT_EQ(poseAt(*poses, 0.25).position, Vec3d(0.25, 0, 0));
     EXPECT_EQ(poseAt(*poses, 1.5).position, Vec3d(1, 1, 0));
     EXPECT_NEAR(poseAt(*poses, 1.5).orientation.angularDistance(Quatd::Identity()), EIGEN_PI / 2, 1e-9);
     EXPECT_EQ(poseAt(*poses, 2.25).position, Vec3d(0.25, 0, 0));
-    const auto one = readPoses(written(folder,
-                                       "\xEF\xBB\xBF"
-                                       "5 1 2 3"));  // as some editors begin
+    const auto one = readTrackerPoses(written(folder,
+                                              "\xEF\xBB\xBF"
+                                              "5 1 2 3"));  // as some editors begin
     ASSERT_TRUE(one);
     EXPECT_EQ(poseAt(*one, 77).position, Vec3d(1, 2, 3));
 }
@@ -64,11 +64,11 @@ TEST(PlayTracker, RefusesFilesThatSayNoPosesWithTheLine) {
           std::pair("0 0 0 0\n0 0 0 0\n", ":2: its time"), std::pair("0 0 0 x\n", ":1: something that is no number"),
           std::pair("0 0 0 0 0 0 0 0\n", ":1: a quaternion whose length is 0"),
           std::pair("0 0 0 0 1e308 1e308 0 0\n", "beyond what numbers can hold")}) {
-        const auto poses = readPoses(written(folder, text));
+        const auto poses = readTrackerPoses(written(folder, text));
         ASSERT_FALSE(poses) << text;
         EXPECT_NE(poses.error().message.find(words), std::string::npos) << poses.error().message;
     }
-    EXPECT_EQ(readPoses("/nowhere/way.txt").error().code, ErrorCode::kNotFound);
+    EXPECT_EQ(readTrackerPoses("/nowhere/way.txt").error().code, ErrorCode::kNotFound);
     EXPECT_EQ(play({.to = "nowhere"}).error().code, ErrorCode::kUsage);
     for (const std::string port : {"0", "-1", "65536", "70000", "http", "5000x"})
         EXPECT_EQ(play({.to = "127.0.0.1:" + port}).error().code, ErrorCode::kUsage) << port;

@@ -1,4 +1,4 @@
-/// A model of physical light on walls of real processes: metered once for all tiles, the same as on one big tile; it
+/// A model of physical light on walls: metered once for all tiles, the same as on one big tile; it
 /// settles, follows, and comes to rest.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,12 +7,11 @@
 #include <map>
 #include <optional>
 
-#include "tests/integration/AskedWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
-using namespace std::chrono_literals;
 using nlohmann::json;
 
 const std::string kSunlit = std::string(TESSERA_SOURCE_DIR) + "/tests/data/models/sunlit.glb";
@@ -53,11 +52,10 @@ TEST(ExposureWall, PhysicalLightIsMeteredOnceForAllTilesAndFollowed) {
     std::map<std::string, Seen> seen;
     for (const char* const name : {"1x1", "2x2"}) {
         AskedWall wall({.wall = name, .scene = kSunlit});
-        ASSERT_TRUE(wall.start()) << wall.logs();
         Seen& now = seen[name];
         const auto look = [&] {
             now.found.push_back(foundAtRest(wall));
-            now.pictures.push_back(wall.picture(std::to_string(now.pictures.size())));
+            now.pictures.push_back(wall.settledPicture());
         };
         look();
         wall.tell({"set", "/sunlit/sun/light 0", "intensity", "2500"});
@@ -90,50 +88,19 @@ TEST(ExposureWall, PhysicalLightIsMeteredOnceForAllTilesAndFollowed) {
     EXPECT_NEAR(meanOf(one.pictures[1]), meanOf(one.pictures[0]), 12);
 }
 
-/// Frame by frame, from the first on: what is metered of one counts for the next, whoever has drawn which part.
-TEST(ExposureWall, EachFrameIsTheSameHoweverItsPartsAreShared) {
-    constexpr int kFrames = 6;
-    std::map<std::string, std::map<std::string, Picture>> files;
-    std::uint64_t helped = 0;
-    for (const char* const share : {"off", "always"}) {
-        LiveWall wall({.scene = kSunlit, .size = "640x400", .server = {"--frames", std::to_string(kFrames)}});
-        for (const std::string& host : kFourHosts) wall.startClient(host, {"--keep-frames", "--share", share});
-        const json report = wall.waitForEnd(120s);
-        ASSERT_EQ(report["frames"], kFrames) << wall.logs();
-        EXPECT_EQ(report["exposure"]["changes"], 1) << "a still scene is found at once";
-        for (const json& row : report["tiles"]) helped += row["parts"].get<std::uint64_t>();
-        for (const std::string& host : kFourHosts)
-            for (int frame = 0; frame < kFrames; ++frame) {
-                const std::string name = fmt::format("{}/{:06}.png", tileOf(host), frame);
-                const auto bytes = readFile(wall.output() + "/tiles/" + name, 100 << 20);
-                ASSERT_TRUE(bytes) << name;
-                // Beside its pixels a file has the frame's number.
-                const auto picture = decodePng(*bytes);
-                ASSERT_TRUE(picture) << name;
-                files[share][name] = picture->picture;
-            }
-    }
-    EXPECT_GT(helped, 0u);
-    for (const auto& [name, picture] : files["off"]) EXPECT_TRUE(files["always"][name] == picture) << name;
-    const std::string first = tileOf(kFourHosts.front());
-    EXPECT_FALSE(files["off"][first + "/000000.png"] == files["off"][first + "/000001.png"]);
-    EXPECT_TRUE(files["off"][first + "/000001.png"] == files["off"][first + "/000005.png"]) << "at rest";
-}
-
 TEST(ExposureWall, OptionsCountInPlaceOfTheSceneAndWhatIsNoneIsRefusedInWords) {
     AskedWall wall({.wall = "1x1", .scene = kSunlit, .server = {"--exposure", "-14", "--tone-map", "aces"}});
-    ASSERT_TRUE(wall.start()) << wall.logs();
     const json said = wall.ask({"exposure"});
     EXPECT_EQ(said["exposure"]["stops"], -14) << said.dump();
     EXPECT_EQ(said["exposure"]["metered"], false);
     EXPECT_EQ(said["exposure"]["tone_map"], "aces");
     EXPECT_FALSE(said.contains("metered_stops"));
-    const double mean = meanOf(wall.picture("by options"));
+    const double mean = meanOf(wall.settledPicture());
     EXPECT_GT(mean, 30);
     EXPECT_LT(mean, 200);
     for (const std::vector<std::string>& wrong :
          {std::vector<std::string>{"exposure", "bright"}, {"exposure", "41"}, {"exposure", "--tone-map", "filmic"}}) {
-        const Outcome outcome = wall.wall().ctl(wrong);
+        const Told outcome = wall.ctl(wrong);
         EXPECT_NE(outcome.exitCode, 0) << wrong.back();
         EXPECT_NE(outcome.output.find("exposure"), std::string::npos) << outcome.output;
     }
@@ -141,4 +108,4 @@ TEST(ExposureWall, OptionsCountInPlaceOfTheSceneAndWhatIsNoneIsRefusedInWords) {
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

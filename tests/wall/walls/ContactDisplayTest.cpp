@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "tests/integration/AskedWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 using nlohmann::json;
@@ -14,7 +14,6 @@ using nlohmann::json;
 class RestingWall : public AskedWall {
 public:
     explicit RestingWall(const std::string& name) : AskedWall({.wall = name}) {
-        if (!start()) return;
         tell({"contacts", "--show", "none"});
         EXPECT_TRUE(move("/stop/cart", {"9", "0", "0", "--by"}).stopped);
         hash = waitForRest();
@@ -35,14 +34,14 @@ TEST(ContactDisplay, ComesOnRequestLooksTheSameOnEveryWallAndGoes) {
     {
         RestingWall wall("2x2");
         ASSERT_FALSE(wall.hash.empty()) << wall.logs();
-        before = wall.picture("before");
+        before = wall.settledPicture();
         ASSERT_EQ(before.widthPx, 320);
-        EXPECT_EQ(wall.wall().ctl({"tree", "/contacts"}).exitCode, 3) << "nobody has asked yet";
+        EXPECT_EQ(wall.ctl({"tree", "/contacts"}).exitCode, 3) << "nobody has asked yet";
 
         wall.tell({"contacts", "--show", "points,normals,faces"});
         wall.settle();
         marks = wall.ask({"tree", "/contacts"});
-        shown = wall.picture("shown");
+        shown = wall.settledPicture();
         hashShown = wall.ask({"status"})["state_hash"];
         EXPECT_GT(pixelsThatDiffer(before, shown), 50u);
         EXPECT_EQ(marks["children"].size(), 5u) << "balls, arrows, triangles; lines and ticks of distances";
@@ -60,25 +59,25 @@ TEST(ContactDisplay, ComesOnRequestLooksTheSameOnEveryWallAndGoes) {
 
         wall.tell({"contacts", "--show", "none"});
         wall.settle();
-        EXPECT_EQ(wall.wall().ctl({"tree", "/contacts"}).exitCode, 3) << "nobody asks any more";
-        EXPECT_EQ(pixelsThatDiffer(before, wall.picture("after")), 0u);
+        EXPECT_EQ(wall.ctl({"tree", "/contacts"}).exitCode, 3) << "nobody asks any more";
+        EXPECT_EQ(pixelsThatDiffer(before, wall.settledPicture()), 0u);
 
         // Of one interest alone: less.
         wall.tell({"contacts", "--interest", "/stop/interest", "--show", "points"});
-        const Picture one = wall.picture("one");
+        const Picture one = wall.settledPicture();
         EXPECT_GT(pixelsThatDiffer(before, one), 0u);
         EXPECT_LT(pixelsThatDiffer(before, one), pixelsThatDiffer(before, shown));
         ASSERT_FALSE(wall.finish().is_null());
     }
     RestingWall wall("1x1");
     ASSERT_FALSE(wall.hash.empty()) << wall.logs();
-    EXPECT_EQ(pixelsThatDiffer(before, wall.picture("before")), 0u);
+    EXPECT_EQ(pixelsThatDiffer(before, wall.settledPicture()), 0u);
     wall.tell({"contacts", "--show", "points,normals,faces"});
-    EXPECT_EQ(pixelsThatDiffer(shown, wall.picture("shown")), 0u);
+    EXPECT_EQ(pixelsThatDiffer(shown, wall.settledPicture()), 0u);
     EXPECT_TRUE(wall.ask({"tree", "/contacts"}) == marks) << "the same marks at the same places";
     EXPECT_EQ(wall.ask({"status"})["state_hash"], hashShown);
     ASSERT_FALSE(wall.finish().is_null());
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

@@ -1,13 +1,13 @@
 /// What the wall says of a program that does not compile: before the thing, on all tiles alike, until it is right.
 #include <gtest/gtest.h>
-#include <signal.h>
 
 #include <fstream>
 #include <functional>
 
-#include "tests/integration/AskedWall.h"
+#include "server/tools/replay/ReplayCommand.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 constexpr const char* kPaintShop = R"(
@@ -25,11 +25,11 @@ class PaintShop : public AskedWall {
 public:
     explicit PaintShop(const std::string& wall, std::vector<std::string> server = {},
                        const std::string& scene = kPaintShop)
-        : AskedWall({.wall = wall, .scene = written(scene), .size = "640x360", .server = std::move(server)}),
-          ready(start()) {}
+        : AskedWall(
+              {.wall = wall, .scene = written(scene), .widthPx = 640, .heightPx = 360, .server = std::move(server)}) {}
     /// What the wall says; empty: nothing.
     [[nodiscard]] std::string notice() {
-        const Outcome told = wall().ctl({"get", kWords, "text"});
+        const Told told = ctl({"get", kWords, "text"});
         return told.exitCode == 0 ? told.output : std::string();
     }
     /// Waits until it says something with these words in it, or nothing.
@@ -43,7 +43,7 @@ public:
     }
     /// The first object that a field refers to: "#12".
     [[nodiscard]] std::string reference(const std::string& node, const std::string& field) {
-        const std::string told = wall().ctl({"get", node, field}).output;
+        const std::string told = ctl({"get", node, field}).output;
         const std::size_t at = told.find('#');
         return at == std::string::npos ? told : told.substr(at, told.find_first_not_of("0123456789", at + 1) - at);
     }
@@ -62,11 +62,10 @@ public:
         const std::size_t at = text.find('#');
         return at == std::string::npos ? text : text.substr(at, text.find_first_not_of("0123456789", at + 1) - at);
     }
-    const bool ready;
 
 private:
     [[nodiscard]] static std::string written(const std::string& scene) {
-        static const TemporaryFolder folder;
+        static const test::TestFolder folder;
         // The same name for the same scene: a journal wants that.
         const std::string path = folder.path() + "/shop-" + std::to_string(std::hash<std::string>()(scene)) + ".tsct";
         std::ofstream(path) << scene;
@@ -79,24 +78,23 @@ private:
 
 TEST(ProgramWall, WhatIsWrongStandsBeforeTheThingUntilItIsRight) {
     PaintShop shop("2x2");
-    ASSERT_TRUE(shop.ready) << shop.logs();
     ASSERT_TRUE(shop.says("/car/body: SurfaceProgram #")) << shop.logs();
     EXPECT_TRUE(shop.says("surface, line 2:")) << shop.notice();
     EXPECT_TRUE(shop.says("colour")) << shop.notice();
-    const Picture wrong = shop.picture("wrong");
+    const Picture wrong = shop.settledPicture();
     const std::string program = shop.program();
     EXPECT_EQ(shop.ask({"status"})["undo_depth"], 0) << "nobody's step";
     shop.tell({"set", program, "surface", kRight});
     ASSERT_TRUE(shop.says("")) << shop.notice();
-    const Picture right = shop.picture("right");
+    const Picture right = shop.settledPicture();
     EXPECT_GT(pixelsThatDiffer(wrong, right), 2000u);
     shop.tell({"undo"});
     ASSERT_TRUE(shop.says("line 2"));
-    EXPECT_EQ(pixelsThatDiffer(shop.picture("again"), wrong), 0u);
+    EXPECT_EQ(pixelsThatDiffer(shop.settledPicture(), wrong), 0u);
     // It goes along, and with the thing.
     shop.tell({"move", "/car", "0.5", "0", "0"});
     shop.settle();
-    EXPECT_GT(pixelsThatDiffer(shop.picture("moved"), wrong), 1000u);
+    EXPECT_GT(pixelsThatDiffer(shop.settledPicture(), wrong), 1000u);
     shop.tell({"save", shop.folder() + "/saved.tsct"});
     EXPECT_EQ(readText(shop.folder() + "/saved.tsct").find("program-problems"), std::string::npos) << "no file has it";
     shop.tell({"remove", "/car"});
@@ -110,25 +108,22 @@ TEST(ProgramWall, WhatIsWrongIsTheSameOnEveryWallAndMayBeLeftOut) {
     Picture wrong;
     {
         PaintShop shop("2x2");
-        ASSERT_TRUE(shop.ready) << shop.logs();
         ASSERT_TRUE(shop.says("line 2")) << shop.notice();
-        wrong = shop.picture("wrong");
+        wrong = shop.settledPicture();
         (void)shop.finish();
     }
-    const TemporaryFolder folder;
+    const test::TestFolder folder;
     PaintShop one("1x1", {"--record", folder.path() + "/shop.tsr"});
-    ASSERT_TRUE(one.ready) << one.logs();
     ASSERT_TRUE(one.says("line 2"));
-    EXPECT_EQ(pixelsThatDiffer(one.picture("one"), wrong), 0u) << "the seams go through the letters";
+    EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), wrong), 0u) << "the seams go through the letters";
     one.tell({"set", one.program(), "surface", kRight});
     EXPECT_TRUE(one.says(""));
     (void)one.finish();
-    const Outcome replayed = run(folder.path(), {program("tessera-replay"), folder.path() + "/shop.tsr"});
+    const Told replayed = runHere([&] { return runReplay({folder / "shop.tsr"}); });
     EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
     PaintShop silent("1x1", {"--no-notices"});
-    ASSERT_TRUE(silent.ready) << silent.logs();
     silent.settle();
-    EXPECT_GT(pixelsThatDiffer(silent.picture("silent"), wrong), 1000u);
+    EXPECT_GT(pixelsThatDiffer(silent.settledPicture(), wrong), 1000u);
     EXPECT_EQ(silent.notice(), "");
     (void)silent.finish();
 }
@@ -147,15 +142,14 @@ TEST(ProgramWall, WhoStandsInTheThingReadsItToo) {
     std::vector<Picture> pictures;
     for (const char* wall : {"1x1", "2x2"}) {
         PaintShop shop(wall);
-        ASSERT_TRUE(shop.ready) << shop.logs();
         ASSERT_TRUE(shop.says("line 2")) << shop.logs();
         shop.tell({"set", "/car", "scale", "20", "20", "40"});
         shop.settle();
-        pictures.push_back(shop.picture("inside"));
+        pictures.push_back(shop.settledPicture());
         EXPECT_GT(pixelsOfLetters(pictures.back()), 500u);
         shop.tell({"view", "--orientation", "0.5", "0", "0.8660254", "0"});
         shop.settle();
-        pictures.push_back(shop.picture("turned"));
+        pictures.push_back(shop.settledPicture());
         EXPECT_GT(pixelsOfLetters(pictures.back()), 500u) << "wherever one looks";
         EXPECT_EQ(shop.finish()["replication"]["state_hash_mismatches"], 0);
     }
@@ -184,24 +178,23 @@ node { name: "camera" transform { translation { y: 0.2 z: 4 } } camera { world_u
 
 TEST(ProgramWall, WhatHoldsHostsUpIsDrawnPlainAndSaidAndTheWallGoesOn) {
     PaintShop shop("2x2", {}, dearShop());
-    ASSERT_TRUE(shop.ready) << shop.logs();
     const std::string material = shop.reference("/car/body", "material"), program = shop.reference(material, "program"),
                       uniform = shop.reference(material, "uniforms");
-    const auto verdict = [&] { return shop.wall().ctl({"get", program, "verdict"}).output; };
+    const auto verdict = [&] { return shop.ctl({"get", program, "verdict"}).output; };
     for (int i = 0; i < 100 && verdict() == "untried\n"; ++i) shop.settle();
     ASSERT_EQ(verdict(), "good\n");
     shop.settle();
     EXPECT_TRUE(shop.tellsOf(""));
-    const Picture cheap = shop.picture("cheap");
+    const Picture cheap = shop.settledPicture();
     shop.tell({"set", uniform, "value", "2", "0", "0", "0"});
     ASSERT_TRUE(shop.says("it held up host")) << shop.logs();
     EXPECT_TRUE(shop.tellsOf("is heavy"));
     EXPECT_EQ(verdict(), "heavy\n");
     // The wall goes on: it is asked for something, and shows it.
-    const Picture heavy = shop.picture("heavy");
+    const Picture heavy = shop.settledPicture();
     shop.tell({"move", "/car", "0.2", "0", "0"});
     shop.settle();
-    EXPECT_GT(pixelsThatDiffer(shop.picture("moved"), heavy), 500u);
+    EXPECT_GT(pixelsThatDiffer(shop.settledPicture(), heavy), 500u);
     shop.tell({"undo"});
     shop.settle();
     // As the material without a program, behind the same words.
@@ -216,12 +209,12 @@ TEST(ProgramWall, WhatHoldsHostsUpIsDrawnPlainAndSaidAndTheWallGoesOn) {
     shop.tell({"set", uniform, "value", "1", "0", "0", "0"});
     shop.settle();
     EXPECT_NE(shop.notice(), "");
-    std::string text = shop.wall().ctl({"get", program, "surface"}).output;
+    std::string text = shop.ctl({"get", program, "surface"}).output;
     text.pop_back();
     shop.tell({"set", program, "surface", text});
     ASSERT_TRUE(shop.says("")) << shop.notice();
     EXPECT_TRUE(shop.tellsOf(""));
-    EXPECT_EQ(pixelsThatDiffer(shop.picture("cheap-again"), cheap), 0u);
+    EXPECT_EQ(pixelsThatDiffer(shop.settledPicture(), cheap), 0u);
     EXPECT_EQ(shop.finish()["replication"]["state_hash_mismatches"], 0);
 }
 
@@ -245,43 +238,39 @@ TEST(ProgramWall, ACubeInASamplerOfFlatImagesIsSaidAndHasNoSeams) {
     std::vector<Picture> pictures;
     for (const char* wall : {"1x1", "2x2"}) {
         PaintShop shop(wall, {}, kCubeShop);
-        ASSERT_TRUE(shop.ready) << shop.logs();
         ASSERT_TRUE(shop.says("is a cube")) << shop.logs();
         EXPECT_NE(shop.notice().find("/car/body: Material #"), std::string::npos) << shop.notice();
-        pictures.push_back(shop.picture("cube"));
+        pictures.push_back(shop.settledPicture());
         const std::string uniform = shop.reference(shop.reference("/car/body", "material"), "uniforms");
         shop.tell({"set", uniform, "image",
                    shop.reference(shop.reference(shop.reference("/floor/slab", "material"), "uniforms"), "image")});
         EXPECT_TRUE(shop.says("")) << shop.notice();
-        EXPECT_GT(pixelsThatDiffer(shop.picture("flat"), pictures.back()), 1000u);
+        EXPECT_GT(pixelsThatDiffer(shop.settledPicture(), pictures.back()), 1000u);
         (void)shop.finish();
     }
     EXPECT_EQ(pixelsThatDiffer(pictures[0], pictures[1]), 0u);
 }
 
 TEST(ProgramWall, AServerThatIsKilledSaysItAgain) {
-    const TemporaryFolder folder;
+    const test::TestFolder folder;
     const std::vector<std::string> journal{"--journal", folder.path() + "/journal"};
     Picture wrong;
     std::string words;
     {
         PaintShop shop("1x1", journal);
-        ASSERT_TRUE(shop.ready) << shop.logs();
         ASSERT_TRUE(shop.says("line 2"));
         words = shop.notice();
-        wrong = shop.picture("wrong");
-        shop.wall().server().signal(SIGKILL);
-        ASSERT_TRUE(shop.wall().server().waitForExit(std::chrono::seconds(20)));
+        wrong = shop.settledPicture();
+        shop.killServer();
     }
     PaintShop again("1x1", journal);
-    ASSERT_TRUE(again.ready) << again.logs();
     ASSERT_TRUE(again.says("line 2"));
     EXPECT_EQ(again.notice(), words);
-    EXPECT_EQ(pixelsThatDiffer(again.picture("again"), wrong), 0u);
+    EXPECT_EQ(pixelsThatDiffer(again.settledPicture(), wrong), 0u);
     again.tell({"set", again.program(), "surface", kRight});
     EXPECT_TRUE(again.says("")) << again.notice();
     (void)again.finish();
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

@@ -8,19 +8,18 @@
 #include "common/application/Application.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Node.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 using namespace std::chrono_literals;
 
 TEST(ArrayEdits, OfALargeMeshAreTheSameEverywhere) {
-    LiveWall wall({.wall = "1x1"});
-    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
-    wall.startClient("all");
-    const auto application =
-        Application::connect({.address = wall.address(), .name = "editor", .followScene = false, .timeout = 120s});
+    AskedWall wall({.wall = "1x1", .scene = kYard, .widthPx = 160, .heightPx = 90});
+    const auto application = Application::connect(
+        {.address = toString(wall.address()), .name = "editor", .followScene = false, .timeout = 120s},
+        wall.platform("editor"));
     ASSERT_TRUE(application) << application.error().message;
     ASSERT_TRUE((*application)->waitForFrame(60s));
 
@@ -67,9 +66,8 @@ TEST(ArrayEdits, OfALargeMeshAreTheSameEverywhere) {
     };
     for (int i = 0; i < 60; ++i) edit();
     // One that has not seen the edits draws and says the same as those that have.
-    wall.client("all").signal(SIGKILL);
-    (void)wall.client("all").waitForExit(10s);
-    wall.startClient("all");
+    wall.killHost("all");
+    wall.startHost("all");
     for (int i = 0; i < 60; ++i) edit();
     ASSERT_TRUE((*application)->waitForFrame(60s));
     const auto undone = (*application)->undo();
@@ -83,10 +81,10 @@ TEST(ArrayEdits, OfALargeMeshAreTheSameEverywhere) {
     ASSERT_TRUE(told) << told.error().message;
     EXPECT_EQ(told->coreOf(there->id).as<Geometry>()->positions, Blob::of(std::span<const float>(places)));
 
-    const nlohmann::json report = wall.finish();
+    const nlohmann::json report = wall.SimulatedWall::finish();  // the kill is a fault
     ASSERT_FALSE(report.is_null()) << wall.logs();
     EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

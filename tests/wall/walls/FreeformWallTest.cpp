@@ -1,4 +1,4 @@
-/// A smooth surface that is looked at as itself, on a wall of real processes: who pulls at its points moves what is
+/// A smooth surface that is looked at as itself, on a wall: who pulls at its points moves what is
 /// touched and how far it is, and the numbers are those of tessera-collide.
 #include <gtest/gtest.h>
 
@@ -6,9 +6,11 @@
 #include <cmath>
 #include <sstream>
 
-#include "tests/integration/AskedWall.h"
+#include "server/tools/CollideCommand.h"
+#include "server/tools/evaluate/EvaluateCommand.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 using nlohmann::json;
@@ -30,30 +32,29 @@ constexpr const char* kBlockObj =
 class FreeformWall : public AskedWall {
 public:
     FreeformWall()
-        : AskedWall({.wall = "1x1", .scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/freeform.tsct"}),
-          ready(start()) {}
-    [[nodiscard]] json distance() const {
+        : AskedWall({.wall = "1x1", .scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/freeform.tsct"}) {}
+    [[nodiscard]] json distance() {
         const json all = ask({"contacts", "--distances"})["distances"];
         EXPECT_EQ(all.size(), 1U) << all;
         return all.at(0);
     }
     /// What tessera-collide says of the same two, the block at a place.
-    [[nodiscard]] json collide(const std::string& query, double top, const Vec3d& block,
-                               const std::string& asB = "triangles") const {
-        const TemporaryFolder files;
+    [[nodiscard]] static json collide(const std::string& query, double top, const Vec3d& block,
+                                      const std::string& asB = "triangles") {
+        const test::TestFolder files;
         const std::string pose = std::to_string(block.x()) + " " + std::to_string(block.y()) + " " +
                                  std::to_string(block.z()) + " 1 0 0 0\n";
-        const Outcome out =
-            run(files.path(), {program("tessera-collide"), files.write("pillow.obj", pillowObj(top)),
-                               files.write("block.obj", kBlockObj), "--poses", files.write("poses", pose), "--query",
-                               query, "--as-a", "subdivision", "--as-b", asB, "--json", "--allow-unconfined-import"});
+        const Told out = runHere([&] {
+            return runCollide({files.write("pillow.obj", pillowObj(top)), files.write("block.obj", kBlockObj),
+                               "--poses", files.write("poses", pose), "--query", query, "--as-a", "subdivision",
+                               "--as-b", asB, "--json", "--allow-unconfined-import"});
+        });
         EXPECT_EQ(out.exitCode, 0) << out.output;
         return json::parse(out.output.substr(0, out.output.find('\n')));
     }
-    void pullTop(const char* y) const {
+    void pullTop(const char* y) {
         tell({"set", "/pillow/skin", "points@4", "-1", y, "1", "1", y, "1", "1", y, "-1", "-1", y, "-1"});
     }
-    const bool ready;
 };
 
 void expectAsCollideSays(const json& told, const json& truth) {
@@ -101,19 +102,19 @@ void expectContactsAsCollideSays(const json& contacts, const json& truth) {
 
 TEST(FreeformWall, ContactsNameThePatchAndItsParametersAndTheFacesThatAreDrawn) {
     FreeformWall wall;
-    ASSERT_TRUE(wall.ready) << wall.logs();
     const Vec3d within(0.45, 1.0, 0.45);
     wall.tell({"move", "/block", "0.45", "1", "0.45"});
     const json contacts = wall.contacts();
     expectContactsAsCollideSays(contacts, wall.collide("all", 1, within));
     // tessera-evaluate says where that is.
-    const TemporaryFolder files;
+    const test::TestFolder files;
     std::string places;
     for (const json& contact : contacts)
         places += patchOf(contact)["face"].dump() + " " + patchOf(contact)["uv"][0].dump() + " " +
                   patchOf(contact)["uv"][1].dump() + "\n";
-    const Outcome said = run(files.path(), {program("tessera-evaluate"), files.write("pillow.obj", pillowObj(1)),
-                                            "--at", files.write("places", places), "--json"});
+    const Told said = runHere([&] {
+        return runEvaluate({files.write("pillow.obj", pillowObj(1)), "--at", files.write("places", places), "--json"});
+    });
     ASSERT_EQ(said.exitCode, 0) << said.output;
     std::istringstream lines(said.output);
     for (const json& contact : contacts) {
@@ -124,7 +125,7 @@ TEST(FreeformWall, ContactsNameThePatchAndItsParametersAndTheFacesThatAreDrawn) 
             << contact;
     }
     // For people: the patch, and where on it. Faces are still those that are drawn: level 1 has 48.
-    EXPECT_NE(wall.wall().ctl({"contacts"}).output.find(" at 0."), std::string::npos);
+    EXPECT_NE(wall.ctl({"contacts"}).output.find(" at 0."), std::string::npos);
     for (const json& contact : contacts) {
         const bool first = !contact["patches"][0].is_null();
         EXPECT_LT(contact["faces"][first ? 0 : 1].get<int>(), 48);
@@ -138,7 +139,6 @@ TEST(FreeformWall, ContactsNameThePatchAndItsParametersAndTheFacesThatAreDrawn) 
 
 TEST(FreeformWall, WhoIsStoppedStopsAtTheFirstContactWithTheSurfaceNotAtItsTriangles) {
     FreeformWall wall;
-    ASSERT_TRUE(wall.ready) << wall.logs();
     wall.tell({"set", "/near", "response", "stop"});  // the first that speaks of the two
     const auto fromAbove = [&](double top, const char* down) {
         wall.tell({"move", "/block", "0.45", "4", "0.45"});
@@ -170,14 +170,13 @@ TEST(FreeformWall, WhoIsStoppedStopsAtTheFirstContactWithTheSurfaceNotAtItsTrian
 
 TEST(FreeformWall, ContactsAndDistancesAreThoseOfTheSmoothSurfaceAndFollowItsPoints) {
     FreeformWall wall;
-    ASSERT_TRUE(wall.ready) << wall.logs();
     const Vec3d above(0.45, 3, 0.45), within(0.45, 1.2, 0.45);
     const json first = wall.distance();
     expectAsCollideSays(first, wall.collide("distance", 1, above));
     for (const char* field : {"spherical", "distance-field"})
         expectAsCollideSays(first, wall.collide("distance", 1, above, field));
     EXPECT_TRUE(wall.contacts().empty());
-    EXPECT_NE(wall.wall().ctl({"contacts", "--distances"}).output.find(" +- "), std::string::npos);
+    EXPECT_NE(wall.ctl({"contacts", "--distances"}).output.find(" +- "), std::string::npos);
 
     wall.pullTop("2");
     const json pulled = wall.distance();
@@ -209,4 +208,4 @@ TEST(FreeformWall, ContactsAndDistancesAreThoseOfTheSmoothSurfaceAndFollowItsPoi
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

@@ -1,9 +1,9 @@
-/// Animations, skins and morph targets on walls of real processes: the same pictures on all, led by tessera-ctl.
+/// Animations, skins and morph targets on walls: the same pictures on all, led by tessera-ctl.
 #include <gtest/gtest.h>
 
-#include "tests/integration/AskedWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 const std::string kMoving = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/moving.tsct";
@@ -11,37 +11,35 @@ const std::string kMoving = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/mo
 class AnimationWall : public AskedWall {
 public:
     explicit AnimationWall(const std::string& wall, const std::string& scene = kMoving)
-        : AskedWall({.wall = wall, .scene = scene}), ready(start()) {}
-    void standAt(const char* seconds) const {
+        : AskedWall({.wall = wall, .scene = scene}) {}
+    void standAt(const char* seconds) {
         for (const char* node : {"/crawl", "/change", "/glow", "/swing"}) {
             tell({"pause", node});
             tell({"seek", node, seconds});
         }
     }
-    [[nodiscard]] nlohmann::json named(const std::string& node) const {
+    [[nodiscard]] nlohmann::json named(const std::string& node) {
         const nlohmann::json told = ask({"animations"});
         for (const nlohmann::json& entry : told["animations"])
             if (entry["node"] == node) return entry;
         ADD_FAILURE() << node << " is not listed";
         return {};
     }
-    const bool ready;
 };
 
 TEST(AnimationWall, TwoByTwoShowsWhatOneByOneShowsWhateverPlayedBefore) {
     Picture early, late;
     {
         AnimationWall wall("2x2");
-        ASSERT_TRUE(wall.ready) << wall.logs();
         EXPECT_TRUE(wall.named("/crawl")["playing"]);
         EXPECT_EQ(wall.named("/crawl")["channels"], 50);
         EXPECT_EQ(wall.named("/crawl")["length"], 2.0);
         wall.standAt("0.5");
         EXPECT_FALSE(wall.named("/crawl")["playing"]);
         EXPECT_EQ(wall.named("/crawl")["time"], 0.5);
-        early = wall.picture("early");
+        early = wall.settledPicture();
         wall.standAt("1.25");
-        late = wall.picture("late");
+        late = wall.settledPicture();
         EXPECT_GT(pixelsThatDiffer(early, late), 1000u);
         // On from there, and faster: it comes around, and the crane is stopped by the wall.
         wall.tell({"speed", "/crawl", "7"});
@@ -56,18 +54,17 @@ TEST(AnimationWall, TwoByTwoShowsWhatOneByOneShowsWhateverPlayedBefore) {
         EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
     }
     AnimationWall one("1x1");
-    ASSERT_TRUE(one.ready) << one.logs();
     one.standAt("1.25");
-    EXPECT_EQ(pixelsThatDiffer(one.picture("late"), late), 0u);
+    EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), late), 0u);
     one.standAt("0.5");
-    EXPECT_EQ(pixelsThatDiffer(one.picture("early"), early), 0u);
-    const Outcome none = one.wall().ctl({"play", "/floor"});
+    EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), early), 0u);
+    const Told none = one.ctl({"play", "/floor"});
     EXPECT_NE(none.exitCode, 0);
     EXPECT_NE(none.output.find("/floor is no animation"), std::string::npos) << none.output;
-    const Outcome far = one.wall().ctl({"seek", "/crawl", "1e300"});
+    const Told far = one.ctl({"seek", "/crawl", "1e300"});
     EXPECT_EQ(far.exitCode, 0);
     EXPECT_NE(far.output.find("beyond its end"), std::string::npos) << far.output;
-    EXPECT_NE(one.wall().ctl({"seek", "/crawl", "nan"}).exitCode, 0);
+    EXPECT_NE(one.ctl({"seek", "/crawl", "nan"}).exitCode, 0);
     (void)one.finish();
 }
 
@@ -77,7 +74,6 @@ TEST(AnimationWall, AnFbxWithBonesIsTheSameOnAllWallsAtEveryTimeThatIsAskedFor) 
     std::vector<Picture> seen;
     for (const char* shape : {"2x2", "1x1"}) {
         AnimationWall wall(shape, fbx);
-        ASSERT_TRUE(wall.ready) << wall.logs();
         const nlohmann::json told = wall.ask({"animations"})["animations"];
         ASSERT_EQ(told.size(), 1u);
         EXPECT_NEAR(told[0]["length"].get<double>(), 39.0 / 25, 1e-9);
@@ -87,7 +83,7 @@ TEST(AnimationWall, AnFbxWithBonesIsTheSameOnAllWallsAtEveryTimeThatIsAskedFor) 
         std::size_t which = 0;
         for (const char* seconds : {"0", "0.5", "1.2"}) {
             wall.tell({"seek", node, seconds});
-            const Picture now = wall.picture(std::string("at-") + seconds);
+            const Picture now = wall.settledPicture();
             if (shape == std::string("2x2")) {
                 if (!seen.empty()) EXPECT_GT(pixelsThatDiffer(seen.back(), now), 300u);
                 seen.push_back(now);
@@ -100,4 +96,4 @@ TEST(AnimationWall, AnFbxWithBonesIsTheSameOnAllWallsAtEveryTimeThatIsAskedFor) 
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

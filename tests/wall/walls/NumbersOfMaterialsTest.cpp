@@ -1,45 +1,40 @@
-/// Numbers of materials beyond their bounds, on a wall of real processes: of files they are shown with the nearest good
+/// Numbers of materials beyond their bounds, on a wall: of files they are shown with the nearest good
 /// ones, of commands they are refused.
 #include <gtest/gtest.h>
 
-#include "tests/integration/LiveWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
-using namespace std::chrono_literals;
-
 TEST(NumbersOfMaterials, OfFilesAreTakenWithAWordAndOfCommandsRefusedWithTheirBounds) {
-    const TemporaryFolder folder;
+    const test::TestFolder folder;
     const std::string file = folder.write("rough.tsct",
                                           "material { name: \"m\"\n  roughness: 9 }\nnode { name: \"box\" material: "
                                           "\"m\" box { size { x: 1 y: 1 z: 1 } } }\n");
     const std::string more = folder.write(
         "more.tsct",
         "material { name: \"m\" metallic: -2 }\nnode { name: \"ball\" material: \"m\" sphere { radius: 1 } }\n");
-    LiveWall wall({.scene = file, .server = {"--allow", folder.path()}});
-    for (const std::string& host : kFourHosts) wall.startClient(host);
-    ASSERT_TRUE(wall.waitForFrame("front-0-0", 1, 60s)) << wall.logs();
-    EXPECT_NE(
-        wall.server().output().find("rough.tsct:2:3: material 'm': roughness 9 is not between 0 and 1: 1 is taken"),
-        std::string::npos)
-        << wall.server().output();
+    AskedWall wall({.scene = file, .widthPx = 160, .heightPx = 90, .server = {"--allow", folder.path()}});
+    EXPECT_NE(wall.logs().find("rough.tsct:2:3: material 'm': roughness 9 is not between 0 and 1: 1 is taken"),
+              std::string::npos)
+        << wall.logs();
 
-    Outcome material = wall.ctl({"get", "/box", "material"});
+    Told material = wall.ctl({"get", "/box", "material"});
     ASSERT_EQ(material.exitCode, 0) << material.output;
     const std::string id = material.output.substr(0, material.output.find('\n'));
     EXPECT_EQ(wall.ctl({"get", id, "roughness"}).output, "1\n");
-    const Outcome refused = wall.ctl({"set", id, "roughness", "9"});
+    const Told refused = wall.ctl({"set", id, "roughness", "9"});
     EXPECT_NE(refused.exitCode, 0);
     EXPECT_NE(refused.output.find("roughness of " + id + ": 9 is not between 0 and 1"), std::string::npos)
         << refused.output;
-    const Outcome color = wall.ctl({"set", id, "baseColor", "0.5", "-0.1", "0", "1"});
+    const Told color = wall.ctl({"set", id, "baseColor", "0.5", "-0.1", "0", "1"});
     EXPECT_NE(color.output.find("-0.1 is not between 0 and 1"), std::string::npos) << color.output;
     EXPECT_EQ(wall.ctl({"get", id, "roughness"}).output, "1\n") << "what is refused changes nothing";
     EXPECT_EQ(wall.ctl({"set", id, "roughness", "0.25"}).exitCode, 0);
     EXPECT_EQ(wall.ctl({"get", id, "roughness"}).output, "0.25\n");
 
-    const Outcome loaded = wall.ctl({"load", more});
+    const Told loaded = wall.ctl({"load", more});
     EXPECT_EQ(loaded.exitCode, 0) << loaded.output;
     EXPECT_NE(loaded.output.find("more.tsct:1:22: material 'm': metallic -2 is not between 0 and 1: 0 is taken"),
               std::string::npos)
@@ -50,20 +45,18 @@ TEST(NumbersOfMaterials, OfFilesAreTakenWithAWordAndOfCommandsRefusedWithTheirBo
 
 /// As it goes on for who has it cut: the wall shows what there is.
 TEST(CutFile, IsShownByAWallWithAWordAboutIt) {
-    const TemporaryFolder folder;
+    const test::TestFolder folder;
     const std::string file =
         folder.write("part.stl",
                      "solid part\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
                      "0\nendloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 1 ");
-    LiveWall wall({.scene = file});
-    for (const std::string& host : kFourHosts) wall.startClient(host);
-    ASSERT_TRUE(wall.waitForFrame("front-0-0", 1, 60s)) << wall.logs();
-    EXPECT_NE(wall.server().output().find(
-                  "part.stl: it ends within a triangle (line 9): it is cut off; 1 whole triangle is there"),
-              std::string::npos)
-        << wall.server().output();
+    AskedWall wall({.scene = file, .widthPx = 160, .heightPx = 90});
+    EXPECT_NE(
+        wall.logs().find("part.stl: it ends within a triangle (line 9): it is cut off; 1 whole triangle is there"),
+        std::string::npos)
+        << wall.logs();
     EXPECT_FALSE(wall.finish().is_null()) << wall.logs();
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

@@ -1,10 +1,10 @@
-/// A surface of control points on a wall of real processes: who pulls at its points moves picture and collision, and
+/// A surface of control points on a wall: who pulls at its points moves picture and collision, and
 /// undoes both.
 #include <gtest/gtest.h>
 
-#include "tests/integration/AskedWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 using nlohmann::json;
@@ -15,32 +15,29 @@ constexpr double kNear = 2e-4;
 class SurfaceWall : public AskedWall {
 public:
     explicit SurfaceWall(const std::string& wall)
-        : AskedWall({.wall = wall, .scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/surface.tsct"}),
-          ready(start()) {}
+        : AskedWall({.wall = wall, .scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/surface.tsct"}) {}
     /// Lets the block down from on high, says where it stops, and lifts it: what grows into a block holds it. Two steps
     /// of undo, and a third where it comes from elsewhere: who is there already takes none.
-    [[nodiscard]] double drop(const std::string& x) const {
+    [[nodiscard]] double drop(const std::string& x) {
         tell({"move", "/block", x, "6", "0"});
         const Moved moved = move("/block", {"0", "-5", "0", "--by"});
         EXPECT_TRUE(moved.stopped);
         tell({"move", "/block", x, "6", "0"});
         return moved.place.y() - 0.5;
     }
-    void undo(int steps) const {
+    void undo(int steps) {
         for (int i = 0; i < steps; ++i) tell({"undo"});
     }
-    void pullTop(const std::string& node, const char* y) const {
+    void pullTop(const std::string& node, const char* y) {
         tell({"set", node, "points@4", "-1", y, "1", "1", y, "1", "1", y, "-1", "-1", y, "-1"});
     }
-    const bool ready;
 };
 
 TEST(SurfaceWall, PictureAndCollisionFollowTheControlPoints) {
     Picture pulled;
     {
         SurfaceWall wall("2x2");
-        ASSERT_TRUE(wall.ready) << wall.logs();
-        const Picture before = wall.picture("before");
+        const Picture before = wall.settledPicture();
         EXPECT_NEAR(wall.drop("0"), 1, kNear);
         wall.pullTop("/cube/skin", "2");
         EXPECT_NEAR(wall.drop("0"), 2, kNear);
@@ -70,20 +67,19 @@ TEST(SurfaceWall, PictureAndCollisionFollowTheControlPoints) {
         EXPECT_LT(wall.drop("-3"), 1.8);
 
         wall.tell({"move", "/block", "0", "6", "0"});
-        pulled = wall.picture("pulled");
+        pulled = wall.settledPicture();
         EXPECT_GT(pixelsThatDiffer(before, pulled), 500u);
         EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
     }
-    // Four processes have derived what one derives; it took them a dozen edits, and this one two.
+    // Four hosts have derived what one derives; it took them a dozen edits, and this one two.
     SurfaceWall one("1x1");
-    ASSERT_TRUE(one.ready) << one.logs();
     one.pullTop("/cube/skin", "2");
     one.pullTop("/pillow/skin", "2");
     one.tell({"set", "/pillow/skin", "level", "1"});
     one.tell({"set", "/pillow/skin", "scheme", "bilinear"});
     one.tell({"set", "/jelly/body", "controlPoints@2", "-1", "2", "-1", "1", "2", "-1"});
     one.tell({"move", "/block", "0", "6", "0"});
-    EXPECT_EQ(pixelsThatDiffer(one.picture("one"), pulled), 0u);
+    EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), pulled), 0u);
     (void)one.finish();
 }
 
@@ -91,33 +87,30 @@ TEST(SurfaceWall, WhatIsNearIsDrawnAsFineAsTheScreenWantsIt) {
     Picture near;
     {
         SurfaceWall wall("2x2");
-        ASSERT_TRUE(wall.ready) << wall.logs();
         wall.tell({"set", "/pillow/skin", "level", "1"});
         const double low = wall.drop("3");
         wall.tell({"move", "/camera", "3", "0.2", "2"});
-        near = wall.picture("near");
+        near = wall.settledPicture();
         wall.tell({"set", "/pillow/skin", "screenError", "0"});
-        EXPECT_GT(pixelsThatDiffer(wall.picture("coarse"), near), 500u) << "its few triangles are seen";
+        EXPECT_GT(pixelsThatDiffer(wall.settledPicture(), near), 500u) << "its few triangles are seen";
         EXPECT_EQ(wall.drop("3"), low) << "what is drawn is nothing to collisions";
         wall.undo(3);
-        EXPECT_EQ(pixelsThatDiffer(wall.picture("again"), near), 0u) << "what was coarse meanwhile is as fine again";
+        EXPECT_EQ(pixelsThatDiffer(wall.settledPicture(), near), 0u) << "what was coarse meanwhile is as fine again";
         EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
     }
     // One host that has never seen it from elsewhere chooses as four that came near.
     SurfaceWall one("1x1");
-    ASSERT_TRUE(one.ready) << one.logs();
     one.tell({"move", "/camera", "3", "0.2", "2"});
     one.tell({"set", "/pillow/skin", "level", "1"});
     one.tell({"move", "/block", "3", "6", "0"});
-    EXPECT_EQ(pixelsThatDiffer(one.picture("one"), near), 0u);
+    EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), near), 0u);
     (void)one.finish();
 }
 
 TEST(SurfaceWall, WhatIsNoControlMeshIsRefusedByName) {
     SurfaceWall wall("1x1");
-    ASSERT_TRUE(wall.ready) << wall.logs();
     const auto refused = [&](std::vector<std::string> words) {
-        const Outcome outcome = wall.wall().ctl(std::move(words));
+        const Told outcome = wall.ctl(std::move(words));
         EXPECT_NE(outcome.exitCode, 0) << outcome.output;
         return outcome.output;
     };
@@ -137,4 +130,4 @@ TEST(SurfaceWall, WhatIsNoControlMeshIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

@@ -1,44 +1,22 @@
-/// What depends on who looks, on walls of several processes: the same on all tiles, and each user's own.
+/// Levels, billboards and handles depend on who looks: the same on all tiles, and each user's own.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "common/image/Picture.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
-using namespace std::chrono_literals;
-
-class Groups : public testing::Test {
-protected:
-    void draw(const std::string& name, const std::string& wall, const std::string& scene, const std::string& size) {
-        const Outcome outcome = run(folder_.path(),
-                                    {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "8",
-                                     "--size", size, "--output", folder_.path() + "/" + name},
-                                    120s);
-        EXPECT_EQ(outcome.exitCode, 0) << outcome.output;
-    }
-    Picture picture(const std::string& name, const std::string& file) {
-        const Expected<Bytes> bytes = readFile(folder_.path() + "/" + name + "/" + file, 100 << 20);
-        const Expected<DecodedPng> png =
-            bytes ? decodePng(*bytes) : Expected<DecodedPng>(tl::unexpected(bytes.error()));
-        EXPECT_TRUE(png) << name << "/" << file;
-        return png ? png->picture : Picture();
-    }
-    TemporaryFolder folder_;
-};
-
 // Material groups, levels, billboards, beacons on what moves: no seam, whatever the tiles.
-TEST_F(Groups, AWallOfTilesIsTheOnePicture) {
+TEST(Groups, AWallOfTilesIsTheOnePicture) {
     const std::string scene = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/groups.tsct";
-    draw("one", "1x1", scene, "322x182");
-    const Picture one = picture("one", "wall.png");
-    for (const std::string wall : {"2x2", "3x1"}) {
-        draw(wall, wall, scene, "322x182");
-        EXPECT_TRUE(one == picture(wall, "wall.png")) << wall;
-    }
+    const auto drawn = [&](const std::string& wall) {
+        return SimulatedWall({.scene = scene, .wall = wall, .widthPx = 322, .heightPx = 182}).pictureOf(7);
+    };
+    const Picture one = drawn("1x1");
+    for (const char* wall : {"2x2", "3x1"}) EXPECT_TRUE(one == drawn(wall)) << wall;
 }
 
 std::size_t pixelsOfChannel(const Picture& p, int channel) {
@@ -53,8 +31,9 @@ std::size_t pixelsOfChannel(const Picture& p, int channel) {
 // Two heads before one screen, drawn once for each. The ball is 3.06 m from the one and 3.65 m from the other, with a
 // range between. The plate, a metre wide and a metre behind the screen, faces both: its picture is 66.7 pixels wide for
 // who stands before it, and for who stands aside 80.8, where it would be 66.7 if it stood as it is.
-TEST_F(Groups, EachUserHasTheirOwnLevelsAndFacings) {
-    const std::string scene = folder_.write("scene.tsct", R"(
+TEST(Groups, EachUserHasTheirOwnLevelsAndFacings) {
+    const test::TestFolder folder;
+    const std::string scene = folder.write("scene.tsct", R"(
         material { name: "red" base_color { r: 1 g: 0 b: 0 } unlit: true }
         material { name: "green" base_color { r: 0 g: 1 b: 0 } unlit: true }
         material { name: "blue" base_color { r: 0 g: 0 b: 1 } unlit: true }
@@ -65,7 +44,7 @@ TEST_F(Groups, EachUserHasTheirOwnLevelsAndFacings) {
           node { material: "green" sphere { radius: 0.15 } } }
         node { transform { translation { z: -1 } } billboard { }
           node { material: "blue" box { size { x: 1 y: 0.5 z: 0.002 } } } })");
-    const std::string wall = folder_.write("users.wall", R"(
+    const std::string wall = folder.write("users.wall", R"(
         screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 }
           upper_left { x: -1.5 y: 1 z: 0 }
           grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
@@ -76,13 +55,9 @@ TEST_F(Groups, EachUserHasTheirOwnLevelsAndFacings) {
         users { name: "second" position { x: 2 y: 0 z: 2 } eye_separation_m: 0.06 }
         hosts { name: "one" tiles { screen: "middle" column: 0 row: 0 eye: CENTER user: "first" }
                             tiles { screen: "aside" column: 0 row: 0 eye: CENTER user: "second" } })");
-    const Outcome outcome = run(folder_.path(),
-                                {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "8", "--output",
-                                 folder_.path() + "/users"},
-                                120s);
-    ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
-    const Picture first = picture("users", "tiles/middle-0-0/000007.png"),
-                  second = picture("users", "tiles/aside-0-0/000007.png");
+    SimulatedWall users({.scene = scene, .wall = wall, .widthPx = 0});
+    (void)users.pictureOf(7);
+    const Picture first = users.tilePicture("middle-0-0"), second = users.tilePicture("aside-0-0");
     EXPECT_GT(pixelsOfChannel(first, 0), 100u);
     EXPECT_EQ(pixelsOfChannel(first, 1), 0u);
     EXPECT_EQ(pixelsOfChannel(second, 0), 0u);
@@ -98,13 +73,14 @@ TEST_F(Groups, EachUserHasTheirOwnLevelsAndFacings) {
 }
 
 /// 60 pixels for who stands near and for who stands far away, of one thing.
-TEST_F(Groups, EachUserSeesHandlesOfTheirOwnSize) {
-    const std::string scene = folder_.write("handles.tsct", R"(
+TEST(Groups, EachUserSeesHandlesOfTheirOwnSize) {
+    const test::TestFolder folder;
+    const std::string scene = folder.write("handles.tsct", R"(
         node { environment { background { } } }
         node { camera { } }
         node { name: "thing" transform { translation { z: -2 } } }
         node { manipulator { target: "/thing" kind: JACK pixels: 60 } })");
-    const std::string wall = folder_.write("depths.wall", R"(
+    const std::string wall = folder.write("depths.wall", R"(
         screens { name: "middle" lower_left { x: -1.5 y: -1 z: 0 } lower_right { x: 1.5 y: -1 z: 0 }
           upper_left { x: -1.5 y: 1 z: 0 }
           grid { columns: 1 rows: 1 tile_width_px: 300 tile_height_px: 200 } }
@@ -115,15 +91,12 @@ TEST_F(Groups, EachUserSeesHandlesOfTheirOwnSize) {
         users { name: "second" position { x: 0 y: 0 z: 4 } eye_separation_m: 0.06 }
         hosts { name: "one" tiles { screen: "middle" column: 0 row: 0 eye: CENTER user: "first" }
                             tiles { screen: "aside" column: 0 row: 0 eye: CENTER user: "second" } })");
-    const Outcome outcome = run(folder_.path(),
-                                {program("tessera-wall"), "--wall", wall, "--scene", scene, "--frames", "4",
-                                 "--keep-frames", "--output", folder_.path() + "/depths"},
-                                120s);
-    ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
+    SimulatedWall depths({.scene = scene, .wall = wall, .widthPx = 0});
     // The wall's first frame shows them so already: nobody sees them grow.
-    for (const char* frame : {"000000", "000003"})
-        for (const char* screen : {"middle", "aside"}) {
-            const Picture seen = picture("depths", std::string("tiles/") + screen + "-0-0/" + frame + ".png");
+    for (const std::uint64_t frame : {0, 3}) {
+        (void)depths.pictureOf(frame);
+        for (const std::string screen : {"middle", "aside"}) {
+            const Picture seen = depths.tilePicture(screen + "-0-0");
             int first = seen.widthPx, last = -1;
             for (int y = 0; y < seen.heightPx; ++y)
                 for (int x = 0; x < seen.widthPx; ++x) {
@@ -137,7 +110,8 @@ TEST_F(Groups, EachUserSeesHandlesOfTheirOwnSize) {
                 << screen << ", frame " << frame
                 << ": the cubes of a jack reach 3 % beyond its size, and nearer to the eye";
         }
+    }
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

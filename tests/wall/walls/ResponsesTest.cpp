@@ -1,18 +1,18 @@
-/// The ways in which a wall answers to what would touch, told by tessera-ctl: the lanes of
+/// The ways in which a wall answers to what would touch: the lanes of
 /// tests/data/scenes/collisions.tsct, beside what their measures say.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
-#include <sstream>
 
 #include "common/application/Application.h"
 #include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
-#include "tests/integration/AskedWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 using namespace std::chrono_literals;
@@ -30,13 +30,34 @@ const json* entryOf(const json& entries, const std::string& a, const std::string
     return found == entries.end() ? nullptr : &*found;
 }
 
-/// What a follower has printed.
-std::vector<json> framesIn(const Process& follower) {
-    std::vector<json> frames;
-    std::istringstream in(follower.output());
-    for (std::string line; std::getline(in, line);)
-        if (json frame = json::parse(line, nullptr, false); frame.is_object()) frames.push_back(std::move(frame));
-    return frames;
+/// An application of this wall.
+std::unique_ptr<Application> join(AskedWall& wall, const std::string& name) {
+    auto connected = Application::connect({.address = toString(wall.address()), .name = name}, wall.platform(name));
+    EXPECT_TRUE(connected) << connected.error().message;
+    return connected ? std::move(*connected) : nullptr;
+}
+
+/// Keeps what it is told of pairs and distances, frame by frame.
+void follow(Application& application, std::vector<json>& frames) {
+    const auto entryOf = [&application](ObjectId a, ObjectId b, TouchPhase phase) {
+        return json{{"objects", {pathOf(application.scene(), a), pathOf(application.scene(), b)}},
+                    {"phase", WordsOf<TouchPhase>::kWords[static_cast<std::size_t>(phase)]}};
+    };
+    EXPECT_TRUE(application.onPairEvents([&frames, entryOf](const answer::PairEvents& told) {
+        json events = json::array();
+        for (const PairEventValue& event : told.events) {
+            json& entry = events.emplace_back(entryOf(event.objectA, event.objectB, event.phase));
+            entry["through"] = event.through;
+            entry["first_time"] = event.firstTime;
+        }
+        frames.push_back({{"events", std::move(events)}});
+    }));
+    EXPECT_TRUE(application.onDistances([&frames, entryOf](const answer::Distances& told) {
+        json distances = json::array();
+        for (const PairDistanceValue& near : told.distances)
+            distances.push_back(entryOf(near.objectA, near.objectB, near.phase));
+        frames.push_back({{"distances", std::move(distances)}});
+    }));
 }
 
 /// The phases of a pair, in order, from its frames' events or distances.
@@ -63,13 +84,11 @@ std::vector<double> firstTimesOf(const std::vector<json>& frames, const std::str
 }
 
 TEST(Responses, SlideRollbackAndDistanceAreThoseOfTheScenesMeasures) {
-    AskedWall wall({.size = "160x90"});
-    ASSERT_FALSE(wall.wall().address().empty());
-    Process follower(wall.folder(), "follower",
-                     {program("tessera-ctl"), "--server", wall.wall().address(), "--json", "contacts", "--follow",
-                      "--events", "--distances"});
-    ASSERT_TRUE(wall.start()) << wall.logs();
-    ASSERT_TRUE(follower.waitForText("/falls", 20s)) << "it has subscribed once it tells of something";
+    AskedWall wall({.widthPx = 160, .heightPx = 90});
+    const std::unique_ptr<Application> follower = join(wall, "follower");
+    ASSERT_TRUE(follower);
+    std::vector<json> frames;
+    follow(*follower, frames);
     // 2 m is the post's place, 0.15 half its thickness, 0.5 half the cart's length.
     const double stop = 2 - 0.15 - 0.5;
     const AskedWall::Moved stopped = wall.move("/stop/cart", {"10", "0", "0", "--by"});
@@ -111,9 +130,9 @@ TEST(Responses, SlideRollbackAndDistanceAreThoseOfTheScenesMeasures) {
     EXPECT_GE(apart, -1e-7) << "it is not within the wall";
 
     // Of two that come towards each other both go back to when they would touch: 3.35 m between them, 8 m wanted.
-    auto connected = Application::connect({.address = wall.wall().address(), .name = "two hands"});
-    ASSERT_TRUE(connected) << connected.error().message;
-    Application& hands = **connected;
+    const std::unique_ptr<Application> joined = join(wall, "two hands");
+    ASSERT_TRUE(joined);
+    Application& hands = *joined;
     const auto transformOf = [&](const std::string& path) {
         const Expected<ObjectId> node = findNode(hands.scene(), path);
         return node ? hands.scene().get<Node>(*node)->core : ObjectId{};
@@ -155,8 +174,8 @@ TEST(Responses, SlideRollbackAndDistanceAreThoseOfTheScenesMeasures) {
     wall.settle();
     const json report = wall.finish();
     ASSERT_FALSE(report.is_null());
-    EXPECT_EQ(follower.waitForExit(20s).value_or(-1), 0) << follower.output();
-    const std::vector<json> frames = framesIn(follower);
+    while (follower->poll(0ms)) continue;
+    EXPECT_TRUE(follower->serverIsOver());
     using Phases = std::vector<std::string>;
     EXPECT_EQ(phasesOf(frames, "events", "/stop/cart", "/stop/post"),
               (Phases{"began", "ended", "began", "ended", "through"}));
@@ -176,12 +195,11 @@ TEST(Responses, SlideRollbackAndDistanceAreThoseOfTheScenesMeasures) {
 }
 
 TEST(Responses, FreeBodiesFallBounceAndComeToRestByTheirFrames) {
-    AskedWall wall({.wall = "1x1", .size = "160x90"});
-    ASSERT_FALSE(wall.wall().address().empty());
+    AskedWall wall({.wall = "1x1", .widthPx = 160, .heightPx = 90, .starts = false});
     // Who follows before there is a host has seen every frame.
-    auto connected = Application::connect({.address = wall.wall().address(), .name = "follower"});
-    ASSERT_TRUE(connected) << connected.error().message;
-    Application& follower = **connected;
+    const std::unique_ptr<Application> joined = join(wall, "follower");
+    ASSERT_TRUE(joined);
+    Application& follower = *joined;
     const auto idOf = [&](const std::string& path) { return findNode(follower.scene(), path).value_or(ObjectId{}); };
     const ObjectId ball = idOf("/bodies/ball"), pushed = idOf("/bodies/pushed"), pusher = idOf("/pusher");
     ASSERT_TRUE(ball && pushed && pusher);
@@ -206,9 +224,9 @@ TEST(Responses, FreeBodiesFallBounceAndComeToRestByTheirFrames) {
         lowest = std::min(lowest, height);
         if (bounces.size() == 1) highestAfterFirst = std::max(highestAfterFirst, height);
     });
-    ASSERT_TRUE(wall.start()) << wall.logs();
-    const auto deadline = std::chrono::steady_clock::now() + 60s;
-    while (frame < FrameNumber(300) && std::chrono::steady_clock::now() < deadline) ASSERT_TRUE(follower.poll(1s));
+    wall.start();
+    const TimePoint deadline = wall.world().now() + 60s;
+    while (frame < FrameNumber(300) && wall.world().now() < deadline) ASSERT_TRUE(follower.poll(1s));
     ASSERT_GE(frame.value, 300u) << wall.logs();
 
     // It falls 2.1 m and keeps 0.6 of its speed at each bounce; frame n is at n/60 s, and tells what it finds there.
@@ -241,4 +259,4 @@ TEST(Responses, FreeBodiesFallBounceAndComeToRestByTheirFrames) {
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

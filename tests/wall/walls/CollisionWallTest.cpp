@@ -1,12 +1,12 @@
-/// A person pushes an engine through the hall, on a wall of real processes: it stops where it touches, everybody is
+/// A person pushes an engine through the hall, on a wall: it stops where it touches, everybody is
 /// told, and the picture shows it.
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "tests/integration/AskedWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 using nlohmann::json;
@@ -24,20 +24,14 @@ public:
     explicit Hall(const std::string& wallName)
         : AskedWall({.wall = wallName,
                      .scene = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/engine-hall.tsct",
-                     .server = {"--assets", kModels}}),
-          ready_(start()) {
-        if (!ready_) return;
+                     .server = {"--assets", kModels}}) {
         tell({"move", "/hall/crane", "0.1", "0", "0"});
         tell({"view", "--position", "-7.5", "0.5", "2.2", "--look-at", "2", "0", "-0.2"});
     }
-    [[nodiscard]] bool ready() const { return ready_; }
-    [[nodiscard]] Moved moveTrolley(const std::string& x, const std::string& z) const {
+    [[nodiscard]] Moved moveTrolley(const std::string& x, const std::string& z) {
         return move("/hall/trolley", {x, "0", z});
     }
-    [[nodiscard]] Moved pushTrolley(const std::string& x) const { return move("/hall/trolley", {x, "0", "0", "--by"}); }
-
-private:
-    bool ready_;
+    [[nodiscard]] Moved pushTrolley(const std::string& x) { return move("/hall/trolley", {x, "0", "0", "--by"}); }
 };
 
 TEST(CollisionWall, APushedEngineStopsWhereItTouchesAndTheWallShowsIt) {
@@ -46,8 +40,7 @@ TEST(CollisionWall, APushedEngineStopsWhereItTouchesAndTheWallShowsIt) {
     Picture touching;
     {
         Hall hall("2x2");
-        ASSERT_TRUE(hall.ready()) << hall.logs();
-        const Picture before = hall.picture("before");
+        const Picture before = hall.settledPicture();
         ASSERT_EQ(before.widthPx, 320);
         EXPECT_TRUE(hall.contacts().empty());
 
@@ -63,7 +56,7 @@ TEST(CollisionWall, APushedEngineStopsWhereItTouchesAndTheWallShowsIt) {
             EXPECT_NEAR(contact["point"][0].get<double>(), 3.1 - 0.528 - 0.02, 2 * kTrolleyTolerance)
                 << contact.dump(2);
         }
-        touching = hall.picture("touching");
+        touching = hall.settledPicture();
         EXPECT_GT(pixelsThatDiffer(before, touching), 320u * 180u / 50) << "the trolley is elsewhere";
 
         // Who pushes on gets no further.
@@ -78,11 +71,11 @@ TEST(CollisionWall, APushedEngineStopsWhereItTouchesAndTheWallShowsIt) {
         EXPECT_FALSE(back.stopped);
         EXPECT_EQ(back.place.x(), -4.6);
         EXPECT_TRUE(hall.contacts().empty());
-        EXPECT_EQ(pixelsThatDiffer(before, hall.picture("back")), 0u);
+        EXPECT_EQ(pixelsThatDiffer(before, hall.settledPicture()), 0u);
         // The same push leads to the same place.
         const Hall::Moved same = hall.pushTrolley("12");
         EXPECT_EQ(same.place.x(), pushed.place.x());
-        EXPECT_EQ(pixelsThatDiffer(touching, hall.picture("again")), 0u);
+        EXPECT_EQ(pixelsThatDiffer(touching, hall.settledPicture()), 0u);
 
         const json report = hall.finish();
         ASSERT_FALSE(report.is_null());
@@ -93,15 +86,13 @@ TEST(CollisionWall, APushedEngineStopsWhereItTouchesAndTheWallShowsIt) {
     }
     // One big picture of the same state, from a wall of one tile that was pushed in the same way.
     Hall hall("1x1");
-    ASSERT_TRUE(hall.ready()) << hall.logs();
     EXPECT_EQ(hall.pushTrolley("12").place.x(), pushed.place.x());
-    EXPECT_EQ(pixelsThatDiffer(touching, hall.picture("one")), 0u);
+    EXPECT_EQ(pixelsThatDiffer(touching, hall.settledPicture()), 0u);
 }
 
 TEST(CollisionWall, PushedAsideItsEngineStopsAtTheNextEngine) {
     if (engineIsMissing()) GTEST_SKIP() << "the engine is missing (Debian package assimp-testmodels)";
     Hall hall("2x2");
-    ASSERT_TRUE(hall.ready()) << hall.logs();
     EXPECT_FALSE(hall.moveTrolley("-7", "0.15").stopped);
     const Hall::Moved pushed = hall.moveTrolley("-7", "3");
     EXPECT_TRUE(pushed.stopped);
@@ -119,4 +110,4 @@ TEST(CollisionWall, PushedAsideItsEngineStopsAtTheNextEngine) {
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

@@ -6,9 +6,9 @@
 
 #include "common/application/Application.h"
 #include "common/cores/Transform.h"
-#include "tests/integration/AskedWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 using namespace std::chrono_literals;
@@ -21,8 +21,9 @@ const double kPassTolerance = 1e-4 * std::sqrt(1 + 0.64 + 1);
 /// A program that is asked.
 class Asked {
 public:
-    explicit Asked(const std::string& address) {
-        auto connected = Application::connect({.address = address, .name = "judge"});
+    explicit Asked(AskedWall& wall) : wall_(wall) {
+        auto connected =
+            Application::connect({.address = toString(wall.address()), .name = "judge"}, wall.platform("judge"));
         EXPECT_TRUE(connected) << connected.error().message;
         if (!connected) return;
         application_ = std::move(*connected);
@@ -59,9 +60,9 @@ public:
 private:
     template <typename Condition>
     bool pollUntil(Condition condition) {
-        const auto deadline = std::chrono::steady_clock::now() + 30s;
+        const TimePoint deadline = wall_.world().now() + 30s;
         while (!condition()) {
-            if (std::chrono::steady_clock::now() > deadline) return false;
+            if (wall_.world().now() > deadline) return false;
             if (const auto polled = application_->poll(1s); !polled) {
                 ADD_FAILURE() << polled.error().message;
                 return false;
@@ -70,6 +71,7 @@ private:
         return true;
     }
 
+    AskedWall& wall_;
     std::unique_ptr<Application> application_;
     std::vector<QuestionValue> questions_;
     std::vector<std::uint64_t> closed_;
@@ -78,11 +80,10 @@ private:
 };
 
 TEST(Questions, AProgramLetsPassPutsElsewhereAndStopsAndOneThatIsSilentHoldsNobodyUp) {
-    AskedWall wall({.wall = "1x1", .size = "160x90"});
-    ASSERT_TRUE(wall.start()) << wall.logs();
+    AskedWall wall({.wall = "1x1", .widthPx = 160, .heightPx = 90});
     wall.tell({"set", "/stop/interest", "response", "ask"});
     wall.tell({"set", "/stop/interest", "patience", "1000000"});
-    Asked judge(wall.wall().address());
+    Asked judge(wall);
     ASSERT_TRUE(judge);
 
     // It may pass: from where it was stopped to where it wanted to be, beyond the post.
@@ -142,4 +143,4 @@ TEST(Questions, AProgramLetsPassPutsElsewhereAndStopsAndOneThatIsSilentHoldsNobo
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

@@ -2,12 +2,13 @@
 /// one step, and replayed from a recording.
 #include <gtest/gtest.h>
 
-#include <thread>
+#include <functional>
 
 #include "common/application/Application.h"
-#include "tests/integration/LiveWall.h"
+#include "server/tools/replay/ReplayCommand.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 using namespace std::chrono_literals;
@@ -20,21 +21,17 @@ constexpr const char* kForest =
     "      node { box { size { x: 1 y: 1 z: 1 } } } } } } }\n";
 
 bool waitUntil(Application& application, const std::function<bool()>& reached) {
-    const auto deadline = std::chrono::steady_clock::now() + 60s;
-    while (!reached()) {
-        if (std::chrono::steady_clock::now() > deadline || !application.poll(20ms)) return false;
-    }
-    return true;
+    for (int look = 0; look < 3000 && !reached(); ++look)
+        if (!application.poll(20ms)) return false;
+    return reached();
 }
 
 TEST(Load, ComesInPartsIsOneStepAndIsReplayed) {
-    LiveWallOptions options;
-    const TemporaryFolder folder;
+    const test::TestFolder folder;
     const std::string file = folder.write("forest.tsct", kForest), recording = folder.path() + "/load.tsr";
-    options.server = {"--rate", "60", "--record", recording, "--allow", folder.path()};
-    LiveWall wall(options);
-    for (const std::string& host : kFourHosts) wall.startClient(host, {"--surface", "none"});
-    auto connected = Application::connect({.address = wall.address(), .name = "loader", .timeout = 60s});
+    SimulatedWall wall({.scene = kYard, .draws = false, .record = recording, .server = {"--allow", folder.path()}});
+    auto connected = Application::connect({.address = toString(wall.address()), .name = "loader", .timeout = 60s},
+                                          wall.platform("loader"));
     ASSERT_TRUE(connected) << connected.error().message << wall.logs();
     Application& application = **connected;
     ASSERT_TRUE(waitUntil(application, [&] { return application.status()->frame.value > 2; })) << wall.logs();
@@ -66,9 +63,9 @@ TEST(Load, ComesInPartsIsOneStepAndIsReplayed) {
     const nlohmann::json report = wall.finish();
     ASSERT_FALSE(report.is_null()) << wall.logs();
     EXPECT_EQ(report["faults"].size(), 0u) << report["faults"].dump(2);
-    const Outcome replayed = run(folder.path(), {program("tessera-replay"), recording}, 60s);
+    const Told replayed = runHere([&] { return runReplay({recording}); });
     EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

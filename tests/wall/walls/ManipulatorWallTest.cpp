@@ -1,12 +1,11 @@
-/// Handles on walls of real processes: dragged by tessera-ctl, the same on all tiles, one step of undo, stopped by what
+/// Handles on walls: dragged by tessera-ctl, the same on all tiles, one step of undo, stopped by what
 /// is in the way.
 #include <gtest/gtest.h>
 
-#include <fstream>
+#include "server/tools/replay/ReplayCommand.h"
+#include "tests/support/wall/AskedWall.h"
 
-#include "tests/integration/AskedWall.h"
-
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
 /// A box that may be moved until it meets a post, seen straight along -Z from (0, 0, 4).
@@ -22,21 +21,18 @@ node { name: "camera" transform { translation { z: 4 } } camera { world_units_pe
 class Workshop : public AskedWall {
 public:
     explicit Workshop(const std::string& wall, std::vector<std::string> server = {})
-        : AskedWall({.wall = wall, .scene = written(), .server = std::move(server)}), ready(start()) {}
+        : AskedWall({.wall = wall, .scene = written(), .server = std::move(server)}) {}
     /// Along -Z through a place: to take hold of the handle there, and to lead it to another place.
-    [[nodiscard]] nlohmann::json dragFrom(double x, double y, double toX, double toY) const {
+    [[nodiscard]] nlohmann::json dragFrom(double x, double y, double toX, double toY) {
         const auto number = [](double value) { return std::to_string(value); };
         return ask({"drag", "--rays", number(x), number(y), "4", "0", "0", "-1", number(toX), number(toY), "4", "0",
                     "0", "-1", "--steps", "5"});
     }
-    const bool ready;
 
 private:
     [[nodiscard]] static std::string written() {
-        static const TemporaryFolder folder;
-        const std::string path = folder.path() + "/workshop.tsct";
-        std::ofstream(path) << kWorkshop;
-        return path;
+        static const test::TestFolder folder;
+        return folder.write("workshop.tsct", kWorkshop);
     }
 };
 
@@ -44,8 +40,7 @@ TEST(ManipulatorWall, AHandleLeadsItsTargetAndOneUndoBringsItBack) {
     Picture moved, first;
     {
         Workshop wall("2x2");
-        ASSERT_TRUE(wall.ready) << wall.logs();
-        first = wall.picture("first");
+        first = wall.settledPicture();
         const std::string depth = wall.ask({"status"})["undo_depth"].dump();
         EXPECT_EQ(depth, "0") << "handles are nobody's step";
         // The arrow up: only along its axis.
@@ -55,19 +50,18 @@ TEST(ManipulatorWall, AHandleLeadsItsTargetAndOneUndoBringsItBack) {
         EXPECT_NEAR(up.y(), 0.4, 1e-9);
         EXPECT_EQ(up.x(), 0);
         EXPECT_EQ(wall.ask({"status"})["undo_depth"], 1) << "five edits are one gesture";
-        moved = wall.picture("moved");
+        moved = wall.settledPicture();
         EXPECT_GT(pixelsThatDiffer(first, moved), 200u);
         wall.tell({"undo"});
         EXPECT_EQ(wall.placeOf("/cart").norm(), 0);
-        EXPECT_EQ(pixelsThatDiffer(wall.picture("back"), first), 0u);
+        EXPECT_EQ(pixelsThatDiffer(wall.settledPicture(), first), 0u);
         // The arrow to the right leads into the post, 0.8 away from the box's side.
         (void)wall.dragFrom(0.8, 0, 2.8, 0);
         const double stopped = wall.placeOf("/cart").x();
         EXPECT_GT(stopped, 0.5);
         EXPECT_LE(stopped, 1.0);
         // Where there is no handle, and of what is driven, nothing is held.
-        const Outcome missed =
-            wall.wall().ctl({"drag", "--rays", "5", "5", "4", "0", "0", "-1", "6", "5", "4", "0", "0", "-1"});
+        const Told missed = wall.ctl({"drag", "--rays", "5", "5", "4", "0", "0", "-1", "6", "5", "4", "0", "0", "-1"});
         EXPECT_NE(missed.exitCode, 0);
         EXPECT_NE(missed.output.find("no handle"), std::string::npos) << missed.output;
         // Saved, there are no handles in the file, and they are there again.
@@ -75,16 +69,14 @@ TEST(ManipulatorWall, AHandleLeadsItsTargetAndOneUndoBringsItBack) {
         wall.tell({"save", wall.folder() + "/saved.tsct"});
         EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
         AskedWall saved({.wall = "1x1", .scene = wall.folder() + "/saved.tsct"});
-        ASSERT_TRUE(saved.start()) << saved.logs();
-        EXPECT_EQ(pixelsThatDiffer(saved.picture("saved"), first), 0u);
+        EXPECT_EQ(pixelsThatDiffer(saved.settledPicture(), first), 0u);
         (void)saved.finish();
     }
     Workshop one("1x1");
-    ASSERT_TRUE(one.ready) << one.logs();
-    EXPECT_EQ(pixelsThatDiffer(one.picture("first"), first), 0u);
+    EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), first), 0u);
     (void)one.dragFrom(0, 0.8, 0.3, 1.2);
-    EXPECT_EQ(pixelsThatDiffer(one.picture("moved"), moved), 0u);
-    const Outcome wrong = one.wall().ctl({"set", "/handles", "target", "/post/wood"});
+    EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), moved), 0u);
+    const Told wrong = one.ctl({"set", "/handles", "target", "/post/wood"});
     EXPECT_NE(wrong.exitCode, 0);
     EXPECT_NE(wrong.output.find("wants a node whose core is"), std::string::npos) << wrong.output;
     (void)one.finish();
@@ -104,16 +96,15 @@ int topOfTheArrow(const Picture& picture) {
 /// Handles of a size on the screen are as large from near and from far, and a pixel's drag takes hold of what is seen
 /// there.
 TEST(ManipulatorWall, HandlesOfPixelsAreAsLargeFromFarAndCanBeDraggedThere) {
-    const TemporaryFolder kept;
+    const test::TestFolder kept;
     Workshop wall("2x2", {"--record", kept.path() + "/sizes.tsr"});
-    ASSERT_TRUE(wall.ready) << wall.logs();
     wall.tell({"set", "/handles", "size", "0"});
     wall.tell({"set", "/handles", "pixels", "120"});
     double before = 0;
     for (const char* away : {"4", "16"}) {
         wall.tell({"view", "--position", "0", "-3.4", away, "--look-at", "0", "-3.4", "0", "--scale",
                    "2"});  // the eye, 1.7 m up, is as high as the cart
-        const Picture first = wall.picture(std::string("from-") + away);
+        const Picture first = wall.settledPicture();
         EXPECT_NEAR(topOfTheArrow(first), 11, 2) << "60 pixels above the row of the eye, which is the 70th";
         // 30 pixels above the row of the eye, 70 from above, is the arrow, whoever has gone how far away.
         const nlohmann::json told = wall.ask({"drag", "160", "40", "160", "35"});
@@ -123,15 +114,14 @@ TEST(ManipulatorWall, HandlesOfPixelsAreAsLargeFromFarAndCanBeDraggedThere) {
         before = way;
         wall.tell({"undo"});
         EXPECT_EQ(wall.placeOf("/cart").norm(), 0);
-        EXPECT_EQ(pixelsThatDiffer(wall.picture(std::string("back-") + away), first), 0u);
+        EXPECT_EQ(pixelsThatDiffer(wall.settledPicture(), first), 0u);
     }
-    const Outcome wrong = wall.wall().ctl({"set", "/handles", "sizes", "1", "1", "1", "1"});
+    const Told wrong = wall.ctl({"set", "/handles", "sizes", "1", "1", "1", "1"});
     EXPECT_NE(wrong.exitCode, 0);
     EXPECT_NE(wrong.output.find("set its pixels"), std::string::npos) << wrong.output;
     EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
     // Where heads were is not in a recording; how large handles were is.
-    const Outcome replayed =
-        run(kept.path(), {program("tessera-replay"), kept.path() + "/sizes.tsr"}, std::chrono::seconds(60));
+    const Told replayed = runHere([&] { return runReplay({kept / "sizes.tsr"}); });
     EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
 }
 
@@ -139,7 +129,6 @@ TEST(ManipulatorWall, HandlesOfPixelsAreAsLargeFromFarAndCanBeDraggedThere) {
 /// byte for byte.
 TEST(ManipulatorWall, ADragThatIsTakenBackLeavesNoPixelBehind) {
     Workshop wall("2x2");
-    ASSERT_TRUE(wall.ready) << wall.logs();
     wall.tell({"view", "--position", "1.5", "1", "2", "--look-at", "0", "0", "0", "--scale", "0.5"});
     struct Case {
         const char* kind;
@@ -156,18 +145,18 @@ TEST(ManipulatorWall, ADragThatIsTakenBackLeavesNoPixelBehind) {
                              {"transform-box", 0.3, 0}}) {
         wall.tell({"set", "/handles", "kind", held.kind});
         const std::string name = held.kind;
-        const Picture before = wall.picture(name + "-before");
+        const Picture before = wall.settledPicture();
         (void)wall.dragFrom(held.x, held.y, held.x - 0.25, held.y + 0.2);
-        EXPECT_GT(pixelsThatDiffer(wall.picture(name + "-moved"), before), 20u) << name;
+        EXPECT_GT(pixelsThatDiffer(wall.settledPicture(), before), 20u) << name;
         wall.tell({"undo"});
-        EXPECT_TRUE(wall.picture(name + "-back") == before) << name;
+        EXPECT_TRUE(wall.settledPicture() == before) << name;
     }
     // None of what is held can be referred to, and it goes on following.
-    const Outcome own = wall.wall().ctl({"set", "/handles", "target", "/handles/handles/turn"});
+    const Told own = wall.ctl({"set", "/handles", "target", "/handles/handles/turn"});
     EXPECT_EQ(own.exitCode, 1) << own.output;
     EXPECT_NE(own.output.find("of the handles of /handles: the server makes those"), std::string::npos) << own.output;
     (void)wall.finish();
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

@@ -5,21 +5,21 @@
 #include <filesystem>
 #include <sstream>
 
-#include "tests/integration/AskedWall.h"
+#include "server/tools/replay/ReplayCommand.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
-using namespace std::chrono_literals;
 using nlohmann::json;
 
 const std::string kHall = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/engine-hall.tsct";
 
 /// What a replay says of each frame, a line each.
-std::vector<std::string> contactLines(const TemporaryFolder& folder, const std::string& recording, int threads) {
-    const Outcome outcome =
-        run(folder.path(),
-            {program("tessera-replay"), recording, "--contacts", "--json", "--threads", std::to_string(threads)}, 60s);
+std::vector<std::string> contactLines(const std::string& recording, int threads) {
+    const Told outcome = runHere([&] {
+        return runReplay({recording, "--contacts", "--json", "--threads", std::to_string(threads)});
+    });
     EXPECT_EQ(outcome.exitCode, 0) << threads << " threads";
     std::vector<std::string> lines;
     std::istringstream in(outcome.output);
@@ -47,7 +47,7 @@ std::vector<json> statesIn(const std::vector<std::string>& lines) {
 }
 
 /// Against the crates, on against them, back, and aside until engine meets engine.
-void push(const AskedWall& hall) {
+void push(AskedWall& hall) {
     const std::vector<std::vector<std::string>> pushes = {{"12", "0", "0", "--by"},
                                                           {"0.4", "0", "0", "--by"},
                                                           {"-4.6", "0", "0.15"},
@@ -62,18 +62,17 @@ void push(const AskedWall& hall) {
 
 TEST(Recording, OfAPushedEngineIsReplayedTheSameWithAnyNumberOfThreads) {
     if (engineIsMissing()) GTEST_SKIP() << "the engine is missing (Debian package assimp-testmodels)";
-    const TemporaryFolder folder;
+    const test::TestFolder folder;
     const std::string recording = folder.path() + "/hall.rec";
     json last, report;
     {
         AskedWall hall({.scene = kHall, .server = {"--assets", kModels, "--threads", "2", "--record", recording}});
-        ASSERT_TRUE(hall.start()) << hall.logs();
         push(hall);
         last = hall.contacts();
         report = hall.finish();
     }
     ASSERT_FALSE(last.empty());
-    const std::vector<std::string> lines = contactLines(folder, recording, 1);
+    const std::vector<std::string> lines = contactLines(recording, 1);
     ASSERT_EQ(lines.size(), report["frames"].get<std::size_t>());
     // What tessera-ctl was told on the wall is what the replay finds.
     const json replayed = json::parse(lines.back())["contacts"];
@@ -84,14 +83,13 @@ TEST(Recording, OfAPushedEngineIsReplayedTheSameWithAnyNumberOfThreads) {
         EXPECT_EQ(replayed[i]["point"], last[i]["point"]) << "to the last bit";
         EXPECT_EQ(replayed[i]["normal"], last[i]["normal"]);
     }
-    for (const int threads : {2, 3})
-        EXPECT_EQ(contactLines(folder, recording, threads), lines) << threads << " threads";
+    for (const int threads : {2, 3}) EXPECT_EQ(contactLines(recording, threads), lines) << threads << " threads";
 }
 
 TEST(Recording, OneHostAndFourLeadThroughTheSameContactsAndStates) {
     if (engineIsMissing()) GTEST_SKIP() << "the engine is missing (Debian package assimp-testmodels)";
     // Walls are not pushed in the same frames; so nothing else may move.
-    const TemporaryFolder folder;
+    const test::TestFolder folder;
     std::string text = readText(kHall);
     std::size_t motions = 0;
     const std::string motion = "motion {";
@@ -104,12 +102,12 @@ TEST(Recording, OneHostAndFourLeadThroughTheSameContactsAndStates) {
         const std::string recording = folder.path() + "/" + wall + ".rec";
         AskedWall hall({.wall = wall,
                         .scene = scene,
-                        .size = "160x90",
+                        .widthPx = 160,
+                        .heightPx = 90,
                         .server = {"--assets", kModels, "--threads", threads, "--record", recording}});
-        EXPECT_TRUE(hall.start()) << hall.logs();
         push(hall);
         (void)hall.finish();
-        return statesIn(contactLines(folder, recording, 1));
+        return statesIn(contactLines(recording, 1));
     };
     const std::vector<json> four = statesOn("2x2", "3"), one = statesOn("1x1", "1");
     ASSERT_GE(four.size(), 6u) << "the start, and what each push led to";
@@ -117,4 +115,4 @@ TEST(Recording, OneHostAndFourLeadThroughTheSameContactsAndStates) {
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation

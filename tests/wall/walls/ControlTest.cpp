@@ -6,48 +6,29 @@
 #include <filesystem>
 
 #include "common/image/Picture.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
 
-using namespace std::chrono_literals;
 using nlohmann::json;
 
 class Control : public testing::Test {
 protected:
-    Control() : wall_({.server = {"--allow", models_.path()}}) {}
-    void SetUp() override {
-        ASSERT_FALSE(wall_.address().empty()) << wall_.server().output();
-        for (const std::string& host : kFourHosts) wall_.startClient(host);
-        ASSERT_TRUE(wall_.waitForFrame("front-0-0", 3, 30s)) << wall_.logs();
-    }
-    /// Runs a verb with --json and parses what it says.
-    json ask(std::vector<std::string> words) {
-        words.insert(words.begin(), "--json");
-        const Outcome outcome = wall_.ctl(words);
-        EXPECT_EQ(outcome.exitCode, 0) << words[1] << ": " << outcome.output;
-        const json answer = json::parse(outcome.output, nullptr, false);
-        EXPECT_FALSE(answer.is_discarded()) << outcome.output;
-        return answer;
-    }
-    void TearDown() override {
-        const json report = wall_.finish();
-        ASSERT_FALSE(report.is_null()) << wall_.logs();
-        EXPECT_TRUE(report["faults"].empty()) << report["faults"].dump(2);
-        EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
-    }
+    Control() : wall_({.scene = kYard, .widthPx = 160, .heightPx = 90, .server = {"--allow", models_.path()}}) {}
+    json ask(std::vector<std::string> words) { return wall_.ask(std::move(words)); }
+    void TearDown() override { (void)wall_.finish(); }
     Picture snapshot(const std::string& name) {
         const std::string path = wall_.folder() + "/" + name;
-        const Outcome outcome = wall_.ctl({"snapshot", path});
+        const Told outcome = wall_.ctl({"snapshot", path});
         EXPECT_EQ(outcome.exitCode, 0) << outcome.output;
         const Expected<Bytes> bytes = readFile(path, 64 << 20);
         if (!bytes) return {};
         const Expected<DecodedPng> png = decodePng(*bytes);
         return png ? png->picture : Picture{};
     }
-    TemporaryFolder models_;  ///< what load may read
-    LiveWall wall_;
+    test::TestFolder models_;  ///< what load may read
+    AskedWall wall_;
 };
 
 TEST_F(Control, StatusNamesTheHostsAndTheFrame) {
@@ -57,23 +38,24 @@ TEST_F(Control, StatusNamesTheHostsAndTheFrame) {
     ASSERT_FALSE(status["waits"].empty()) << status.dump(2);
     EXPECT_GT(status["wait_frames"], 0);
     EXPECT_FALSE(status["waits"][0]["reason"].get<std::string>().empty());
-    const Outcome plain = wall_.ctl({"status"});
+    const Told plain = wall_.ctl({"status"});
     EXPECT_EQ(plain.exitCode, 0);
-    for (const std::string& host : kFourHosts) EXPECT_NE(plain.output.find(host), std::string::npos) << plain.output;
+    for (const auto& [name, host] : wall_.hosts())
+        EXPECT_NE(plain.output.find(name), std::string::npos) << plain.output;
 }
 
 TEST_F(Control, TreeShowsNodesAndAnUnknownNodeIsToldWhatIsThere) {
-    const Outcome tree = wall_.ctl({"tree"});
+    const Told tree = wall_.ctl({"tree"});
     for (const char* name : {"floor", "post", "carriage", "body"})
         EXPECT_NE(tree.output.find(name), std::string::npos) << tree.output;
-    const Outcome missing = wall_.ctl({"tree", "/carriag"});
+    const Told missing = wall_.ctl({"tree", "/carriag"});
     EXPECT_EQ(missing.exitCode, 3) << missing.output;
     EXPECT_NE(missing.output.find("carriage"), std::string::npos) << missing.output;
 }
 
 TEST_F(Control, MoveIsSeenOnTheWallAndUndoTakesItBack) {
     // The carriage drives for a second; then the yard stands still.
-    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    ASSERT_TRUE(wall_.waitForFrame(90)) << wall_.logs();
     const Picture before = snapshot("before.png");
     ASSERT_GT(before.widthPx, 0);
     EXPECT_EQ(wall_.ctl({"move", "/row[0]", "0", "1.5", "0", "--by"}).exitCode, 0);
@@ -86,13 +68,13 @@ TEST_F(Control, MoveIsSeenOnTheWallAndUndoTakesItBack) {
     EXPECT_NE(wall_.ctl({"redo"}).output.find("nothing to redo"), std::string::npos);
     EXPECT_EQ(wall_.ctl({"undo"}).exitCode, 0);
     EXPECT_TRUE(snapshot("after.png") == before);
-    const Outcome nothing = wall_.ctl({"undo"});
+    const Told nothing = wall_.ctl({"undo"});
     EXPECT_EQ(nothing.exitCode, 1) << nothing.output;
     EXPECT_NE(nothing.output.find("nothing to undo"), std::string::npos) << nothing.output;
 }
 
 TEST_F(Control, AMoveIntoThePostIsStoppedAndContactsSayWhere) {
-    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    ASSERT_TRUE(wall_.waitForFrame(90)) << wall_.logs();
     const json moved = ask({"move", "/carriage", "8", "0.5", "0"});
     EXPECT_FALSE(moved["stopped"].empty()) << moved.dump(2);
     const json contacts = ask({"contacts"});
@@ -103,7 +85,7 @@ TEST_F(Control, AMoveIntoThePostIsStoppedAndContactsSayWhere) {
 }
 
 TEST_F(Control, ViewMovesTheWallThroughTheWorldAndResets) {
-    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    ASSERT_TRUE(wall_.waitForFrame(90)) << wall_.logs();
     const Picture before = snapshot("before.png");
     EXPECT_EQ(wall_.ctl({"view", "--position", "1", "1", "5"}).exitCode, 0);
     EXPECT_FALSE(snapshot("moved.png") == before);
@@ -111,7 +93,7 @@ TEST_F(Control, ViewMovesTheWallThroughTheWorldAndResets) {
     EXPECT_TRUE(snapshot("after.png") == before);
     EXPECT_EQ(wall_.ctl({"view", "--head", "viewer", "0.4", "1.5", "2"}).exitCode, 0);
     EXPECT_FALSE(snapshot("head.png") == before);
-    const Outcome behind = wall_.ctl({"view", "--head", "viewer", "0", "1.5", "-2"});
+    const Told behind = wall_.ctl({"view", "--head", "viewer", "0", "1.5", "-2"});
     EXPECT_EQ(behind.exitCode, 3) << behind.output;
 }
 
@@ -129,14 +111,14 @@ TEST_F(Control, LoadAddsAFileAndRemoveTakesItAway) {
 }
 
 TEST_F(Control, LoadReadsNothingOutsideTheFoldersThatTheServerAllows) {
-    const TemporaryFolder elsewhere;
+    const test::TestFolder elsewhere;
     const std::string file = elsewhere.write("pyramid.obj", "v 0 1 0\nv -1 0 -1\nv 1 0 -1\nf 1 3 2\n");
     const std::string link = models_.path() + "/link.obj";
     std::filesystem::create_symlink(file, link);
     const std::string name = std::filesystem::path(elsewhere.path()).filename().string();
     for (const std::string& path : {file, link, models_.path() + "/../" + name + "/pyramid.obj",
                                     elsewhere.path() + "/nothing.obj", std::string("/etc/shadow")}) {
-        const Outcome refused = wall_.ctl({"load", path});
+        const Told refused = wall_.ctl({"load", path});
         EXPECT_EQ(refused.exitCode, 1) << path << ": " << refused.output;
         EXPECT_NE(refused.output.find("--allow"), std::string::npos) << refused.output;
     }
@@ -145,7 +127,7 @@ TEST_F(Control, LoadReadsNothingOutsideTheFoldersThatTheServerAllows) {
 }
 
 TEST_F(Control, PickNamesWhatIsUnderAPixel) {
-    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    ASSERT_TRUE(wall_.waitForFrame(90)) << wall_.logs();
     // The lowest row of the picture is floor.
     const json hit = ask({"pick", "80", "88"});
     EXPECT_EQ(hit["hit"], true) << hit.dump(2);
@@ -153,7 +135,7 @@ TEST_F(Control, PickNamesWhatIsUnderAPixel) {
 }
 
 TEST_F(Control, GetTellsTheBoxInTheWorldOfANode) {
-    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    ASSERT_TRUE(wall_.waitForFrame(90)) << wall_.logs();
     const json before = ask({"get", "/row[0]", "bounds"});
     ASSERT_TRUE(before["bounds"].is_object()) << before.dump();
     EXPECT_EQ(before["path"], "/row[0]");
@@ -175,7 +157,7 @@ TEST_F(Control, GetTellsTheBoxInTheWorldOfANode) {
 }
 
 TEST_F(Control, MeasureTellsHowFarAPlaceIsFromANode) {
-    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    ASSERT_TRUE(wall_.waitForFrame(90)) << wall_.logs();
     EXPECT_EQ(ask({"measure", "1,2,3", "1,5,7"})["distance"], 5);
     const json hit = ask({"pick", "80", "88"});
     std::vector<std::string> place;
@@ -191,17 +173,14 @@ TEST_F(Control, MeasureTellsHowFarAPlaceIsFromANode) {
 
 TEST_F(Control, SaveWritesAFileThatShowsTheSameWall) {
     // The carriage drives for a second; then the yard stands still.
-    ASSERT_TRUE(wall_.waitForFrame("front-0-0", 90, 30s)) << wall_.logs();
+    ASSERT_TRUE(wall_.waitForFrame(90)) << wall_.logs();
     EXPECT_EQ(wall_.ctl({"move", "/row[0]", "0", "1.5", "0", "--by"}).exitCode, 0);
     const Picture before = snapshot("before.png");
     for (const std::string name : {"yard.tsc", "yard.tsct"}) {
         const std::string file = wall_.folder() + "/" + name;
         const json saved = ask({"save", file});
         EXPECT_GT(saved["bytes"], 1000) << saved.dump();
-        LiveWall again({.scene = file});
-        ASSERT_FALSE(again.address().empty()) << again.server().output();
-        for (const std::string& host : kFourHosts) again.startClient(host);
-        ASSERT_TRUE(again.waitForFrame("front-0-0", 3, 30s)) << again.logs();
+        AskedWall again({.scene = file, .widthPx = 160, .heightPx = 90});
         const std::string picture = wall_.folder() + "/" + name + ".png";
         ASSERT_EQ(again.ctl({"snapshot", picture}).exitCode, 0);
         const Expected<Bytes> bytes = readFile(picture, 64 << 20);
@@ -215,39 +194,30 @@ TEST_F(Control, SaveWritesAFileThatShowsTheSameWall) {
     const std::string link = wall_.folder() + "/link.tsc";
     std::filesystem::create_symlink("yard.tsc", link);
     EXPECT_EQ(ask({"save", link})["target"], std::filesystem::canonical(wall_.folder() + "/yard.tsc").string());
-    const Outcome nowhere = wall_.ctl({"save", wall_.folder() + "/none/yard.tsc"});
+    const Told nowhere = wall_.ctl({"save", wall_.folder() + "/none/yard.tsc"});
     EXPECT_EQ(nowhere.exitCode, 1) << nowhere.output;
     EXPECT_NE(nowhere.output.find("cannot write there"), std::string::npos) << nowhere.output;
 }
 
-TEST_F(Control, NobodyAtTheAddressIsANetworkError) {
-    const Outcome outcome =
-        run(wall_.folder(), {program("tessera-ctl"), "--server", "127.0.0.1:1", "--timeout", "2", "status"}, 20s);
-    EXPECT_EQ(outcome.exitCode, 4) << outcome.output;
-    EXPECT_NE(outcome.output.find("127.0.0.1:1"), std::string::npos) << outcome.output;
-}
-
 /// An edit waits for the first frame, and whoever waits is told so at once.
 TEST(ControlWithoutHosts, AnEditSaysWhatItWaitsForAndIsDoneOnceTheyDraw) {
-    LiveWall wall({});
-    ASSERT_FALSE(wall.address().empty()) << wall.server().output();
-    const auto begun = std::chrono::steady_clock::now();
-    const Outcome alone = wall.ctl({"--timeout", "2", "set", "/row[0]", "translation", "0", "7", "0"});
-    EXPECT_LT(std::chrono::steady_clock::now() - begun, 8s);
+    AskedWall wall({.scene = kYard, .widthPx = 160, .heightPx = 90, .starts = false});
+    const TimePoint begun = wall.world().now();
+    const Told alone = wall.ctl({"--timeout", "2", "set", "/row[0]", "translation", "0", "7", "0"});
+    EXPECT_LT(wall.world().now() - begun, 8s);
     EXPECT_EQ(alone.exitCode, 4) << alone.output;
-    for (const std::string& host : kFourHosts)
-        EXPECT_NE(alone.output.find(host + ": absent"), std::string::npos) << alone.output;
-    EXPECT_NE(alone.output.find("tessera-client --server " + wall.address()), std::string::npos) << alone.output;
+    for (const WallHost& host : wall.wall().hosts)
+        EXPECT_NE(alone.output.find(host.name + ": absent"), std::string::npos) << alone.output;
+    EXPECT_NE(alone.output.find("tessera-client --server " + toString(wall.address())), std::string::npos);
     EXPECT_NE(alone.output.find("is done with the first frame"), std::string::npos) << alone.output;
-    for (const std::string& host : kFourHosts) wall.startClient(host);
-    ASSERT_TRUE(wall.waitForFrame("front-0-0", 3, 30s)) << wall.logs();
-    const Outcome there = wall.ctl({"get", "/row[0]", "translation"});
+    wall.start();
+    const Told there = wall.ctl({"get", "/row[0]", "translation"});
     EXPECT_EQ(there.output, "0 7 0\n");
-    const Outcome again = wall.ctl({"set", "/row[0]", "translation", "0", "1", "0"});
+    const Told again = wall.ctl({"set", "/row[0]", "translation", "0", "1", "0"});
     EXPECT_EQ(again.exitCode, 0) << again.output;
     EXPECT_EQ(again.output.find("no host"), std::string::npos) << again.output;
     (void)wall.finish();
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation
