@@ -59,6 +59,7 @@ void RandomWords::one(const MemberEntry& m, const ValueType& type, void* value) 
                 number = random_.below(64);
             else
                 number = wild() ? random_.next() : random_.below(20);
+            if (type.id == IdKind::kObject && untouched_.contains(ObjectId(number))) number = 0;
             std::memcpy(value, &number, type.bytes);
             return;
         }

@@ -2,6 +2,7 @@
 /// and proposals of lists that nobody means.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -13,12 +14,19 @@
 
 namespace tessera::simulation {
 
-/// Ids and paths are mostly those of `scene`, which outlives it. One in `wildness` values is beyond its bounds.
+/// Ids and paths are mostly those of `scene`, which outlives it. One in `wildness` values is beyond its bounds. Nobody
+/// speaks of `untouched`.
 class RandomWords {
 public:
-    RandomWords(Random& random, const Aspect& scene, std::vector<std::string> files, std::uint64_t wildness = 12)
-        : random_(random), scene_(scene), files_(std::move(files)), wildness_(wildness) {
+    RandomWords(Random& random, const Aspect& scene, std::vector<std::string> files, std::set<ObjectId> untouched = {},
+                std::uint64_t wildness = 12)
+        : random_(random),
+          scene_(scene),
+          files_(std::move(files)),
+          untouched_(std::move(untouched)),
+          wildness_(wildness) {
         for (const ObjectId id : scene.ids()) {
+            if (untouched_.contains(id)) continue;
             all_.push_back(id);
             if (scene.find(id).as<Node>()) nodes_.push_back(id);
         }
@@ -47,6 +55,7 @@ private:
     Random& random_;
     const Aspect& scene_;
     std::vector<std::string> files_;
+    std::set<ObjectId> untouched_;
     std::uint64_t wildness_;
     std::vector<ObjectId> all_, nodes_;
 };

@@ -102,7 +102,8 @@ void SimulatedHost::draw() {
 
 // ---- an application
 
-SimulatedApplication::SimulatedApplication(World& world, std::string name, Address server) : world_(world) {
+SimulatedApplication::SimulatedApplication(World& world, std::string name, Address server)
+    : world_(world), name_(name) {
     const auto poke = [this] {
         if (program_) program_->poke();
     };
@@ -173,6 +174,7 @@ void SimulatedApplication::take(Incoming incoming) {
             throw Violation(fmt::format("after list {} a replica has another state", list->committed->sequence.value));
         sequence_ = list->committed->sequence;
         hasScene_ = true;
+        if (onList) onList(list->whole);
     } else if (auto* reply = std::get_if<incoming::Reply>(&incoming)) {
         const auto awaited = answers_.find(reply->reply.id);
         if (awaited == answers_.end() || awaited->second)

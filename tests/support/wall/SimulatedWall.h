@@ -91,11 +91,14 @@ public:
     SimulatedApplication(World& world, std::string name, Address server);
     ~SimulatedApplication();
 
+    [[nodiscard]] const std::string& name() const { return name_; }
     [[nodiscard]] const Aspect& scene() const { return scene_; }
     [[nodiscard]] Sequence sequence() const { return sequence_; }
     [[nodiscard]] bool hasScene() const { return hasScene_; }
     [[nodiscard]] bool ended() const { return session_->ended(); }
     [[nodiscard]] const std::string& endedBecause() const { return endedBecause_; }
+    /// Called after each list; `whole`: it is the scene anew. May be empty.
+    std::function<void(bool whole)> onList = {};
 
     /// Sends it. The answer comes with time (`answer`).
     std::uint64_t say(const ApplicationRequest& request);
@@ -119,6 +122,7 @@ private:
     void take(Incoming incoming);
 
     World& world_;
+    std::string name_;
     std::deque<LinkEvent> events_;
     std::shared_ptr<World::Program> program_;
     std::unique_ptr<Transport> transport_;

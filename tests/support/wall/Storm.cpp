@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
 #include "common/codec/ChangeCodec.h"
+#include "common/cores/Transform.h"
 #include "server/sim/journal/FileSystem.h"
 #include "server/sim/recording/RecordingReplay.h"
 
@@ -67,6 +69,7 @@ Storm::Storm(StormOptions options) : options_(std::move(options)) {
     const std::string wall = folder_ / "storm.wall", scene = folder_ / "scene.tsct";
     std::ofstream(wall) << wallText(options_.draws);
     std::filesystem::copy_file(options_.scene, scene);
+    std::ofstream(scene, std::ios::app) << "\nnode { name: \"tally\" transform {} }\n";
     WallOptions wanted{.scene = scene,
                        .wall = wall,
                        .widthPx = 0,
@@ -78,7 +81,66 @@ Storm::Storm(StormOptions options) : options_(std::move(options)) {
                        .seed = options_.seed};
     for (const CullerKind culler : kCullers) wanted.cullers[std::string(nameOf(culler))] = culler;
     wall_ = std::make_unique<SimulatedWall>(std::move(wanted));
-    (void)wall_->application(kFirst);
+    beginTally();
+}
+
+void Storm::beginTally() {
+    const Aspect& scene = wall_->application(kFirst).scene();
+    const Expected<ObjectId> node = findNode(scene, "/tally");
+    if (!node) throw Violation("no tally: " + node.error().message);
+    tally_.node = *node;
+    tally_.core = scene.get<Node>(*node)->core;
+    follow();
+}
+
+void Storm::follow() {
+    SimulatedApplication& first = wall_->application(kFirst);
+    const auto look = [this, &first](bool whole) {
+        const auto* core = first.scene().get<Transform>(tally_.core);
+        if (!core) throw Violation("what nobody touches is gone: the tally");
+        tally_.looks.push_back({first.sequence(), core->translation.x(), whole});
+    };
+    look(true);
+    first.onList = look;
+}
+
+void Storm::forgetQuestionsOf(const std::string& application) {
+    std::erase_if(tally_.asked, [&](const auto& entry) {
+        if (!application.empty() && entry.first.first != application) return false;
+        if (entry.second == Tally::Asked::kMove)
+            ++tally_.unknown;
+        else
+            tally_.stepUnknown = true;
+        return true;
+    });
+}
+
+std::string Storm::tallyFault() {
+    // Of lists that have come, all answers have: they go before.
+    std::string fault;
+    for (std::size_t i = 1; i < tally_.looks.size() && fault.empty(); ++i) {
+        const Tally::Look &before = tally_.looks[i - 1], &now = tally_.looks[i];
+        int granted = 0;
+        for (auto at = tally_.granted.upper_bound(before.sequence);
+             at != tally_.granted.end() && at->first <= now.sequence; ++at)
+            granted += at->second;
+        const auto step = tally_.steps.upper_bound(before.sequence);
+        if (tally_.stepUnknown || (step != tally_.steps.end() && *step <= now.sequence)) continue;
+        const double more = now.at - before.at - granted;
+        if (more < 0 || more > tally_.unknown || more != std::floor(more))
+            fault = fmt::format(
+                "relative moves: {} were granted in lists {} to {}, {} are not known of, and the node moved by {}",
+                granted, before.sequence.value + 1, now.sequence.value, tally_.unknown, now.at - before.at);
+    }
+    if (!tally_.looks.empty()) {
+        const Tally::Look last = tally_.looks.back();
+        std::erase_if(tally_.granted, [&](const auto& entry) { return entry.first <= last.sequence; });
+        std::erase_if(tally_.steps, [&](Sequence each) { return each <= last.sequence; });
+        tally_.looks = {last};
+    }
+    tally_.unknown = 0;
+    tally_.stepUnknown = false;
+    return fault;
 }
 
 Storm::~Storm() = default;
@@ -100,7 +162,8 @@ std::string Storm::doOne(Random& random) {
     World& world = wall_->world();
     SimulatedApplication* const first = wall_->findApplication(kFirst);
     if (!first || first->ended()) {
-        (void)wall_->application(kFirst);
+        forgetQuestionsOf(kFirst);
+        follow();
         return "the first application comes back";
     }
     SimulatedApplication* speaker = first;
@@ -108,7 +171,8 @@ std::string Storm::doOne(Random& random) {
         if (auto* other = wall_->findApplication(programs_[random.below(programs_.size())]); other && !other->ended())
             speaker = other;
     }
-    RandomWords words(random, first->scene(), {options_.scene, folder_ / "scene.tsct"});
+    RandomWords words(random, first->scene(), {options_.scene, folder_ / "scene.tsct"}, {tally_.node, tally_.core});
+    const std::string speaks = speaker->name();
     const auto anyHost = [&] {
         auto host = wall_->hosts().begin();
         std::advance(host, static_cast<std::ptrdiff_t>(random.below(wall_->hosts().size())));
@@ -141,9 +205,11 @@ std::string Storm::doOne(Random& random) {
             if (auto* there = wall_->findApplication(name)) {
                 (void)there;
                 wall_->removeApplication(name);
+                forgetQuestionsOf(name);
                 std::erase(programs_, name);
                 return name + " leaves";
             }
+            forgetQuestionsOf(name);
             (void)wall_->application(name);
             programs_.push_back(name);
             return name + " comes";
@@ -172,8 +238,14 @@ std::string Storm::doOne(Random& random) {
             return fmt::format("an upload of {} arrays, and a proposal", arrays.size());
         }
         case 8:
-            (void)speaker->say(request::UndoStep{});
+            tally_.asked[{speaks, speaker->say(request::UndoStep{})}] = Tally::Asked::kStep;
             return "undo";
+        case 15:
+        case 16: {
+            request::MoveNode move{.node = tally_.node, .move = {.translation = Vec3d(1, 0, 0), .relative = true}};
+            tally_.asked[{speaks, speaker->say(move)}] = Tally::Asked::kMove;
+            return "the tally moves";
+        }
         case 18: {
             disk_->error = ENOSPC;
             world.runFor(random.between({}, 2s));
@@ -208,7 +280,10 @@ std::string Storm::doOne(Random& random) {
         }
         default: {
             const ApplicationRequest request = words.request();
-            (void)speaker->say(request);
+            const std::uint64_t id = speaker->say(request);
+            if (std::holds_alternative<request::UndoStep>(request) ||
+                std::holds_alternative<request::RedoStep>(request))
+                tally_.asked[{speaks, id}] = Tally::Asked::kStep;
             return std::string(infoOf(request).name);
         }
     }
@@ -216,7 +291,18 @@ std::string Storm::doOne(Random& random) {
 
 std::string Storm::findBroken() {
     for (const auto& [name, application] : wall_->applications())
-        for (const auto& [id, answer] : application->takeAnswers()) ++(answer ? answers_.granted : answers_.refused);
+        for (const auto& [id, answer] : application->takeAnswers()) {
+            ++(answer ? answers_.granted : answers_.refused);
+            const auto asked = tally_.asked.find({name, id});
+            if (asked == tally_.asked.end()) continue;
+            // Of a journal that has ended: it is done, and whoever asked is told that it may be lost.
+            if (!answer && answer.error().message.starts_with("it is done"))
+                asked->second == Tally::Asked::kMove ? (void)++tally_.unknown : (void)(tally_.stepUnknown = true);
+            const auto* committed = answer ? std::get_if<answer::Committed>(&*answer) : nullptr;
+            if (committed && asked->second == Tally::Asked::kStep) tally_.steps.insert(committed->sequence);
+            if (committed && asked->second == Tally::Asked::kMove) ++tally_.granted[committed->sequence];
+            tally_.asked.erase(asked);
+        }
     if (!wall_->serverLives()) return "the server has ended: " + wall_->serverError() + "\n" + wall_->logs();
     const SimulatedApplication* const first = wall_->findApplication(kFirst);
     if (first && !first->ended() && first->hasScene()) {
@@ -236,7 +322,8 @@ std::string Storm::killAndGoOn(Random& random) {
     world.runFor(random.between({}, 1s));
     wall_->startServer();
     seen_.reset();
-    (void)wall_->application(kFirst);
+    forgetQuestionsOf({});
+    follow();
     return "the server is killed and goes on from its journal";
 }
 
@@ -277,6 +364,17 @@ std::string Storm::lookClosely() {
                                    screen, path);
             }
     }
+    // What was granted is there: once every question has its answer.
+    (void)world.runUntil(
+        [&] {
+            for (const auto& [name, application] : wall_->applications())
+                if (application->ended()) forgetQuestionsOf(name);
+            if (std::string broken = findBroken(); !broken.empty()) throw Violation(broken);
+            return tally_.asked.empty();
+        },
+        60s);
+    forgetQuestionsOf({});
+    if (std::string fault = tallyFault(); !fault.empty()) return fault;
     // A newcomer sees what those see who have followed all along.
     SimulatedApplication& newcomer = wall_->application("newcomer");
     const SimulatedApplication& first = wall_->application(kFirst);

@@ -1,8 +1,10 @@
 /// A wall to which everything happens at once, drawn from a seed; and the laws that hold all the same.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -57,6 +59,13 @@ private:
     [[nodiscard]] std::string killAndGoOn(Random& random);
     /// Makes the frames of the first server again.
     [[nodiscard]] std::string replayed();
+    /// A node that nobody touches but by relative moves of one unit, which are counted: what was granted is there,
+    /// once.
+    void beginTally();
+    void follow();
+    [[nodiscard]] std::string tallyFault();
+    /// Whoever asked will not be answered any more.
+    void forgetQuestionsOf(const std::string& application);
 
     StormOptions options_;
     test::TestFolder folder_;
@@ -70,6 +79,21 @@ private:
         StateHash state;
     };
     std::optional<Grants> seen_;  ///< the newest list that the first application has seen
+    struct Tally {
+        ObjectId node, core;
+        struct Look {
+            Sequence sequence;
+            double at = 0;
+            bool whole = false;
+        };
+        std::vector<Look> looks;  ///< of the first application, after each list
+        enum class Asked : std::uint8_t { kMove, kStep };
+        std::map<std::pair<std::string, std::uint64_t>, Asked> asked;  ///< by application and request
+        std::map<Sequence, int> granted;                               ///< moves, by the list that has them
+        std::set<Sequence> steps;  ///< lists of undo and redo, which may be of moves
+        int unknown = 0;           ///< moves that nobody will be told of
+        bool stepUnknown = false;
+    } tally_;
     class Disk;
     std::shared_ptr<Disk> disk_;
     bool recorded_ = false;  ///< what the first server did has been compared
