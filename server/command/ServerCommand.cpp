@@ -173,7 +173,7 @@ std::optional<int> parseServerCommand(int argc, const char* const* argv, ServerA
 Expected<ServerOptions> serverOptionsOf(const ServerArguments& arguments, const std::string& executable, Log& log) {
     Expected<Wall> wall = readWall(arguments, executable);
     if (!wall) return tl::unexpected(wall.error());
-    // Who says a size wants it so.
+    // A size that is said is wanted so.
     if (arguments.size.empty())
         for (const std::string& note : wallNotes(*wall)) log.info(fmt::format("{}: {}", arguments.wall, note));
     const Expected<Address> address = parseAddress(arguments.listen);

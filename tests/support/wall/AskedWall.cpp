@@ -44,7 +44,7 @@ void AskedWall::start() {
 
 json AskedWall::ask(std::vector<std::string> words) {
     words.insert(words.begin(), "--json");
-    const Told told = ctl(words);
+    const CommandOutcome told = ctl(words);
     EXPECT_EQ(told.exitCode, 0) << words[1] << ": " << told.output;
     const json answer = json::parse(told.output, nullptr, false);
     EXPECT_FALSE(answer.is_discarded()) << told.output;
@@ -52,7 +52,7 @@ json AskedWall::ask(std::vector<std::string> words) {
 }
 
 std::string AskedWall::refused(const std::vector<std::string>& words) {
-    const Told told = ctl(words);
+    const CommandOutcome told = ctl(words);
     EXPECT_NE(told.exitCode, 0) << words[0] << ": " << told.output;
     return told.output;
 }
@@ -107,7 +107,7 @@ json AskedWall::finish() {
     return report;
 }
 
-Told runHere(const std::function<int()>& program) {
+CommandOutcome runHere(const std::function<int()>& program) {
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     const int code = program();

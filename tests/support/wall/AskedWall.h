@@ -67,7 +67,7 @@ inline bool engineIsMissing() {
 }
 
 /// Runs what a program's main calls. Returns what it prints, and its exit code.
-[[nodiscard]] Told runHere(const std::function<int()>& program);
+[[nodiscard]] CommandOutcome runHere(const std::function<int()>& program);
 /// Empty where there is none.
 [[nodiscard]] std::string readText(const std::string& path);
 

@@ -299,7 +299,7 @@ Platform SimulatedWall::platform(const std::string& program) {
     return made;
 }
 
-Told SimulatedWall::ctl(std::vector<std::string> words) {
+CommandOutcome SimulatedWall::ctl(std::vector<std::string> words) {
     words.insert(words.begin(), {"--server", toString(address_)});
     std::string printed;
     const auto print = [&](const std::string& lines) { printed += lines; };

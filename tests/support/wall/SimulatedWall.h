@@ -45,7 +45,7 @@ struct WallOptions {
 };
 
 /// The words of a program, and its exit code.
-struct Told {
+struct CommandOutcome {
     int exitCode = -1;
     std::string output;
 };
@@ -149,7 +149,7 @@ public:
     /// For a program of the calling thread, which lets the wall go on while it waits.
     [[nodiscard]] Platform platform(const std::string& program);
     /// tessera-ctl with this wall's address.
-    [[nodiscard]] Told ctl(std::vector<std::string> words);
+    [[nodiscard]] CommandOutcome ctl(std::vector<std::string> words);
 
     /// One that follows the scene; connected and with the scene when it comes back.
     [[nodiscard]] SimulatedApplication& application(const std::string& name = "app");

@@ -116,10 +116,10 @@ void Storm::forgetQuestionsOf(const std::string& application) {
 }
 
 std::string Storm::tallyFault() {
-    // Of lists that have come, all answers have: they go before.
+    // Answers to the edits of these lists were awaited, so they are known.
     std::string fault;
     for (std::size_t i = 1; i < tally_.looks.size() && fault.empty(); ++i) {
-        const Tally::Look &before = tally_.looks[i - 1], &now = tally_.looks[i];
+        const Tally::TallyReading &before = tally_.looks[i - 1], &now = tally_.looks[i];
         int granted = 0;
         for (auto at = tally_.granted.upper_bound(before.sequence);
              at != tally_.granted.end() && at->first <= now.sequence; ++at)
@@ -133,7 +133,7 @@ std::string Storm::tallyFault() {
                 granted, before.sequence.value + 1, now.sequence.value, tally_.unknown, now.at - before.at);
     }
     if (!tally_.looks.empty()) {
-        const Tally::Look last = tally_.looks.back();
+        const Tally::TallyReading last = tally_.looks.back();
         std::erase_if(tally_.granted, [&](const auto& entry) { return entry.first <= last.sequence; });
         std::erase_if(tally_.steps, [&](Sequence each) { return each <= last.sequence; });
         tally_.looks = {last};
@@ -295,7 +295,7 @@ std::string Storm::findBroken() {
             ++(answer ? answers_.granted : answers_.refused);
             const auto asked = tally_.asked.find({name, id});
             if (asked == tally_.asked.end()) continue;
-            // Of a journal that has ended: it is done, and whoever asked is told that it may be lost.
+            // The journal has ended: the edit stands, and its author is told that it may be lost.
             if (!answer && answer.error().message.starts_with("it is done"))
                 asked->second == Tally::Asked::kMove ? (void)++tally_.unknown : (void)(tally_.stepUnknown = true);
             const auto* committed = answer ? std::get_if<answer::Committed>(&*answer) : nullptr;
@@ -364,7 +364,7 @@ std::string Storm::lookClosely() {
                                    screen, path);
             }
     }
-    // What was granted is there: once every question has its answer.
+    // Moves that were granted are there: looked at when nothing waits for an answer.
     (void)world.runUntil(
         [&] {
             for (const auto& [name, application] : wall_->applications())

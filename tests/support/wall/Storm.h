@@ -59,12 +59,12 @@ private:
     [[nodiscard]] std::string killAndGoOn(Random& random);
     /// Makes the frames of the first server again.
     [[nodiscard]] std::string replayed();
-    /// A node that nobody touches but by relative moves of one unit, which are counted: what was granted is there,
+    /// Finds a node that is moved by relative moves of one unit alone. They are counted: each that is granted is there,
     /// once.
     void beginTally();
     void follow();
     [[nodiscard]] std::string tallyFault();
-    /// Whoever asked will not be answered any more.
+    /// Its questions will not be answered any more.
     void forgetQuestionsOf(const std::string& application);
 
     StormOptions options_;
@@ -81,12 +81,12 @@ private:
     std::optional<Grants> seen_;  ///< the newest list that the first application has seen
     struct Tally {
         ObjectId node, core;
-        struct Look {
+        struct TallyReading {
             Sequence sequence;
             double at = 0;
             bool whole = false;
         };
-        std::vector<Look> looks;  ///< of the first application, after each list
+        std::vector<TallyReading> looks;  ///< of the first application, after each list
         enum class Asked : std::uint8_t { kMove, kStep };
         std::map<std::pair<std::string, std::uint64_t>, Asked> asked;  ///< by application and request
         std::map<Sequence, int> granted;                               ///< moves, by the list that has them

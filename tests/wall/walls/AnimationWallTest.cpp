@@ -58,10 +58,10 @@ TEST(AnimationWall, TwoByTwoShowsWhatOneByOneShowsWhateverPlayedBefore) {
     EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), late), 0u);
     one.standAt("0.5");
     EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), early), 0u);
-    const Told none = one.ctl({"play", "/floor"});
+    const CommandOutcome none = one.ctl({"play", "/floor"});
     EXPECT_NE(none.exitCode, 0);
     EXPECT_NE(none.output.find("/floor is no animation"), std::string::npos) << none.output;
-    const Told far = one.ctl({"seek", "/crawl", "1e300"});
+    const CommandOutcome far = one.ctl({"seek", "/crawl", "1e300"});
     EXPECT_EQ(far.exitCode, 0);
     EXPECT_NE(far.output.find("beyond its end"), std::string::npos) << far.output;
     EXPECT_NE(one.ctl({"seek", "/crawl", "nan"}).exitCode, 0);

@@ -11,7 +11,7 @@ const std::string kRestless = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/
 TEST(Budget, WhatIsNoneIsRefusedInWords) {
     AskedWall wall({.wall = "1x1", .scene = kRestless});
     for (const char* wrong : {"-1", "nan", "0.01", "60001", "many", "1e999"}) {
-        const Told outcome = wall.ctl({"budget", wrong});
+        const CommandOutcome outcome = wall.ctl({"budget", wrong});
         EXPECT_NE(outcome.exitCode, 0) << wrong;
         EXPECT_NE(outcome.output.find("budget"), std::string::npos) << outcome.output;
     }

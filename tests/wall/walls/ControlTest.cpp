@@ -20,7 +20,7 @@ protected:
     void TearDown() override { (void)wall_.finish(); }
     Picture snapshot(const std::string& name) {
         const std::string path = wall_.folder() + "/" + name;
-        const Told outcome = wall_.ctl({"snapshot", path});
+        const CommandOutcome outcome = wall_.ctl({"snapshot", path});
         EXPECT_EQ(outcome.exitCode, 0) << outcome.output;
         const Expected<Bytes> bytes = readFile(path, 64 << 20);
         if (!bytes) return {};
@@ -38,17 +38,17 @@ TEST_F(Control, StatusNamesTheHostsAndTheFrame) {
     ASSERT_FALSE(status["waits"].empty()) << status.dump(2);
     EXPECT_GT(status["wait_frames"], 0);
     EXPECT_FALSE(status["waits"][0]["reason"].get<std::string>().empty());
-    const Told plain = wall_.ctl({"status"});
+    const CommandOutcome plain = wall_.ctl({"status"});
     EXPECT_EQ(plain.exitCode, 0);
     for (const auto& [name, host] : wall_.hosts())
         EXPECT_NE(plain.output.find(name), std::string::npos) << plain.output;
 }
 
 TEST_F(Control, TreeShowsNodesAndAnUnknownNodeIsToldWhatIsThere) {
-    const Told tree = wall_.ctl({"tree"});
+    const CommandOutcome tree = wall_.ctl({"tree"});
     for (const char* name : {"floor", "post", "carriage", "body"})
         EXPECT_NE(tree.output.find(name), std::string::npos) << tree.output;
-    const Told missing = wall_.ctl({"tree", "/carriag"});
+    const CommandOutcome missing = wall_.ctl({"tree", "/carriag"});
     EXPECT_EQ(missing.exitCode, 3) << missing.output;
     EXPECT_NE(missing.output.find("carriage"), std::string::npos) << missing.output;
 }
@@ -68,7 +68,7 @@ TEST_F(Control, MoveIsSeenOnTheWallAndUndoTakesItBack) {
     EXPECT_NE(wall_.ctl({"redo"}).output.find("nothing to redo"), std::string::npos);
     EXPECT_EQ(wall_.ctl({"undo"}).exitCode, 0);
     EXPECT_TRUE(snapshot("after.png") == before);
-    const Told nothing = wall_.ctl({"undo"});
+    const CommandOutcome nothing = wall_.ctl({"undo"});
     EXPECT_EQ(nothing.exitCode, 1) << nothing.output;
     EXPECT_NE(nothing.output.find("nothing to undo"), std::string::npos) << nothing.output;
 }
@@ -93,7 +93,7 @@ TEST_F(Control, ViewMovesTheWallThroughTheWorldAndResets) {
     EXPECT_TRUE(snapshot("after.png") == before);
     EXPECT_EQ(wall_.ctl({"view", "--head", "viewer", "0.4", "1.5", "2"}).exitCode, 0);
     EXPECT_FALSE(snapshot("head.png") == before);
-    const Told behind = wall_.ctl({"view", "--head", "viewer", "0", "1.5", "-2"});
+    const CommandOutcome behind = wall_.ctl({"view", "--head", "viewer", "0", "1.5", "-2"});
     EXPECT_EQ(behind.exitCode, 3) << behind.output;
 }
 
@@ -118,7 +118,7 @@ TEST_F(Control, LoadReadsNothingOutsideTheFoldersThatTheServerAllows) {
     const std::string name = std::filesystem::path(elsewhere.path()).filename().string();
     for (const std::string& path : {file, link, models_.path() + "/../" + name + "/pyramid.obj",
                                     elsewhere.path() + "/nothing.obj", std::string("/etc/shadow")}) {
-        const Told refused = wall_.ctl({"load", path});
+        const CommandOutcome refused = wall_.ctl({"load", path});
         EXPECT_EQ(refused.exitCode, 1) << path << ": " << refused.output;
         EXPECT_NE(refused.output.find("--allow"), std::string::npos) << refused.output;
     }
@@ -194,7 +194,7 @@ TEST_F(Control, SaveWritesAFileThatShowsTheSameWall) {
     const std::string link = wall_.folder() + "/link.tsc";
     std::filesystem::create_symlink("yard.tsc", link);
     EXPECT_EQ(ask({"save", link})["target"], std::filesystem::canonical(wall_.folder() + "/yard.tsc").string());
-    const Told nowhere = wall_.ctl({"save", wall_.folder() + "/none/yard.tsc"});
+    const CommandOutcome nowhere = wall_.ctl({"save", wall_.folder() + "/none/yard.tsc"});
     EXPECT_EQ(nowhere.exitCode, 1) << nowhere.output;
     EXPECT_NE(nowhere.output.find("cannot write there"), std::string::npos) << nowhere.output;
 }
@@ -203,7 +203,7 @@ TEST_F(Control, SaveWritesAFileThatShowsTheSameWall) {
 TEST(ControlWithoutHosts, AnEditSaysWhatItWaitsForAndIsDoneOnceTheyDraw) {
     AskedWall wall({.scene = kYard, .widthPx = 160, .heightPx = 90, .starts = false});
     const TimePoint begun = wall.world().now();
-    const Told alone = wall.ctl({"--timeout", "2", "set", "/row[0]", "translation", "0", "7", "0"});
+    const CommandOutcome alone = wall.ctl({"--timeout", "2", "set", "/row[0]", "translation", "0", "7", "0"});
     EXPECT_LT(wall.world().now() - begun, 8s);
     EXPECT_EQ(alone.exitCode, 4) << alone.output;
     for (const WallHost& host : wall.wall().hosts)
@@ -211,9 +211,9 @@ TEST(ControlWithoutHosts, AnEditSaysWhatItWaitsForAndIsDoneOnceTheyDraw) {
     EXPECT_NE(alone.output.find("tessera-client --server " + toString(wall.address())), std::string::npos);
     EXPECT_NE(alone.output.find("is done with the first frame"), std::string::npos) << alone.output;
     wall.start();
-    const Told there = wall.ctl({"get", "/row[0]", "translation"});
+    const CommandOutcome there = wall.ctl({"get", "/row[0]", "translation"});
     EXPECT_EQ(there.output, "0 7 0\n");
-    const Told again = wall.ctl({"set", "/row[0]", "translation", "0", "1", "0"});
+    const CommandOutcome again = wall.ctl({"set", "/row[0]", "translation", "0", "1", "0"});
     EXPECT_EQ(again.exitCode, 0) << again.output;
     EXPECT_EQ(again.output.find("no host"), std::string::npos) << again.output;
     (void)wall.finish();

@@ -1,4 +1,4 @@
-/// The least distance drawn on a wall: the line joins what is nearest in every state, and goes when
+/// The least distance drawn on a wall: the line joins what is nearest in each state looked at, and goes when
 /// nobody asks. What was done meanwhile, edits of control points among it, is made again from its recording.
 #include <gtest/gtest.h>
 
@@ -103,7 +103,7 @@ TEST(DistanceWall, TheLineJoinsWhatIsNearestAndGoesWhenNobodyAsks) {
         EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
     }
     for (const char* threads : {"1", "4"}) {
-        const Told replay = runHere([&] { return runReplay({recording, "--json", "--threads", threads}); });
+        const CommandOutcome replay = runHere([&] { return runReplay({recording, "--json", "--threads", threads}); });
         EXPECT_EQ(replay.exitCode, 0) << replay.output;
         const json summary = json::parse(replay.output, nullptr, false);
         EXPECT_EQ(summary["result"], "same") << replay.output;

@@ -100,7 +100,7 @@ TEST(ExposureWall, OptionsCountInPlaceOfTheSceneAndWhatIsNoneIsRefusedInWords) {
     EXPECT_LT(mean, 200);
     for (const std::vector<std::string>& wrong :
          {std::vector<std::string>{"exposure", "bright"}, {"exposure", "41"}, {"exposure", "--tone-map", "filmic"}}) {
-        const Told outcome = wall.ctl(wrong);
+        const CommandOutcome outcome = wall.ctl(wrong);
         EXPECT_NE(outcome.exitCode, 0) << wrong.back();
         EXPECT_NE(outcome.output.find("exposure"), std::string::npos) << outcome.output;
     }

@@ -44,7 +44,7 @@ public:
         const test::TestFolder files;
         const std::string pose = std::to_string(block.x()) + " " + std::to_string(block.y()) + " " +
                                  std::to_string(block.z()) + " 1 0 0 0\n";
-        const Told out = runHere([&] {
+        const CommandOutcome out = runHere([&] {
             return runCollide({files.write("pillow.obj", pillowObj(top)), files.write("block.obj", kBlockObj),
                                "--poses", files.write("poses", pose), "--query", query, "--as-a", "subdivision",
                                "--as-b", asB, "--json", "--allow-unconfined-import"});
@@ -112,7 +112,7 @@ TEST(FreeformWall, ContactsNameThePatchAndItsParametersAndTheFacesThatAreDrawn) 
     for (const json& contact : contacts)
         places += patchOf(contact)["face"].dump() + " " + patchOf(contact)["uv"][0].dump() + " " +
                   patchOf(contact)["uv"][1].dump() + "\n";
-    const Told said = runHere([&] {
+    const CommandOutcome said = runHere([&] {
         return runEvaluate({files.write("pillow.obj", pillowObj(1)), "--at", files.write("places", places), "--json"});
     });
     ASSERT_EQ(said.exitCode, 0) << said.output;

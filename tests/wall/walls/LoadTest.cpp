@@ -63,7 +63,7 @@ TEST(Load, ComesInPartsIsOneStepAndIsReplayed) {
     const nlohmann::json report = wall.finish();
     ASSERT_FALSE(report.is_null()) << wall.logs();
     EXPECT_EQ(report["faults"].size(), 0u) << report["faults"].dump(2);
-    const Told replayed = runHere([&] { return runReplay({recording}); });
+    const CommandOutcome replayed = runHere([&] { return runReplay({recording}); });
     EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
 }
 

@@ -61,7 +61,8 @@ TEST(ManipulatorWall, AHandleLeadsItsTargetAndOneUndoBringsItBack) {
         EXPECT_GT(stopped, 0.5);
         EXPECT_LE(stopped, 1.0);
         // Where there is no handle, and of what is driven, nothing is held.
-        const Told missed = wall.ctl({"drag", "--rays", "5", "5", "4", "0", "0", "-1", "6", "5", "4", "0", "0", "-1"});
+        const CommandOutcome missed =
+            wall.ctl({"drag", "--rays", "5", "5", "4", "0", "0", "-1", "6", "5", "4", "0", "0", "-1"});
         EXPECT_NE(missed.exitCode, 0);
         EXPECT_NE(missed.output.find("no handle"), std::string::npos) << missed.output;
         // Saved, there are no handles in the file, and they are there again.
@@ -76,7 +77,7 @@ TEST(ManipulatorWall, AHandleLeadsItsTargetAndOneUndoBringsItBack) {
     EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), first), 0u);
     (void)one.dragFrom(0, 0.8, 0.3, 1.2);
     EXPECT_EQ(pixelsThatDiffer(one.settledPicture(), moved), 0u);
-    const Told wrong = one.ctl({"set", "/handles", "target", "/post/wood"});
+    const CommandOutcome wrong = one.ctl({"set", "/handles", "target", "/post/wood"});
     EXPECT_NE(wrong.exitCode, 0);
     EXPECT_NE(wrong.output.find("wants a node whose core is"), std::string::npos) << wrong.output;
     (void)one.finish();
@@ -116,12 +117,12 @@ TEST(ManipulatorWall, HandlesOfPixelsAreAsLargeFromFarAndCanBeDraggedThere) {
         EXPECT_EQ(wall.placeOf("/cart").norm(), 0);
         EXPECT_EQ(pixelsThatDiffer(wall.settledPicture(), first), 0u);
     }
-    const Told wrong = wall.ctl({"set", "/handles", "sizes", "1", "1", "1", "1"});
+    const CommandOutcome wrong = wall.ctl({"set", "/handles", "sizes", "1", "1", "1", "1"});
     EXPECT_NE(wrong.exitCode, 0);
     EXPECT_NE(wrong.output.find("set its pixels"), std::string::npos) << wrong.output;
     EXPECT_EQ(wall.finish()["replication"]["state_hash_mismatches"], 0);
     // Where heads were is not in a recording; how large handles were is.
-    const Told replayed = runHere([&] { return runReplay({kept / "sizes.tsr"}); });
+    const CommandOutcome replayed = runHere([&] { return runReplay({kept / "sizes.tsr"}); });
     EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
 }
 
@@ -152,7 +153,7 @@ TEST(ManipulatorWall, ADragThatIsTakenBackLeavesNoPixelBehind) {
         EXPECT_TRUE(wall.settledPicture() == before) << name;
     }
     // None of what is held can be referred to, and it goes on following.
-    const Told own = wall.ctl({"set", "/handles", "target", "/handles/handles/turn"});
+    const CommandOutcome own = wall.ctl({"set", "/handles", "target", "/handles/handles/turn"});
     EXPECT_EQ(own.exitCode, 1) << own.output;
     EXPECT_NE(own.output.find("of the handles of /handles: the server makes those"), std::string::npos) << own.output;
     (void)wall.finish();

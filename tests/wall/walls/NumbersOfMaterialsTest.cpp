@@ -20,21 +20,21 @@ TEST(NumbersOfMaterials, OfFilesAreTakenWithAWordAndOfCommandsRefusedWithTheirBo
               std::string::npos)
         << wall.logs();
 
-    Told material = wall.ctl({"get", "/box", "material"});
+    CommandOutcome material = wall.ctl({"get", "/box", "material"});
     ASSERT_EQ(material.exitCode, 0) << material.output;
     const std::string id = material.output.substr(0, material.output.find('\n'));
     EXPECT_EQ(wall.ctl({"get", id, "roughness"}).output, "1\n");
-    const Told refused = wall.ctl({"set", id, "roughness", "9"});
+    const CommandOutcome refused = wall.ctl({"set", id, "roughness", "9"});
     EXPECT_NE(refused.exitCode, 0);
     EXPECT_NE(refused.output.find("roughness of " + id + ": 9 is not between 0 and 1"), std::string::npos)
         << refused.output;
-    const Told color = wall.ctl({"set", id, "baseColor", "0.5", "-0.1", "0", "1"});
+    const CommandOutcome color = wall.ctl({"set", id, "baseColor", "0.5", "-0.1", "0", "1"});
     EXPECT_NE(color.output.find("-0.1 is not between 0 and 1"), std::string::npos) << color.output;
     EXPECT_EQ(wall.ctl({"get", id, "roughness"}).output, "1\n") << "what is refused changes nothing";
     EXPECT_EQ(wall.ctl({"set", id, "roughness", "0.25"}).exitCode, 0);
     EXPECT_EQ(wall.ctl({"get", id, "roughness"}).output, "0.25\n");
 
-    const Told loaded = wall.ctl({"load", more});
+    const CommandOutcome loaded = wall.ctl({"load", more});
     EXPECT_EQ(loaded.exitCode, 0) << loaded.output;
     EXPECT_NE(loaded.output.find("more.tsct:1:22: material 'm': metallic -2 is not between 0 and 1: 0 is taken"),
               std::string::npos)

@@ -63,7 +63,7 @@ TEST_F(Placed, AtAndFitSayWhereItStandsAndHowLargeItIs) {
     EXPECT_NEAR(stand.translation[2], -3 + 10 * 0.05, 0.06);
 }
 
-/// Of the screen of the wall 1x1 what is not background, in metres of the wall.
+/// The part of the screen of the wall 1x1 that is not background, in metres of the wall.
 struct SeenBox {
     double left = 1e9, right = -1e9, bottom = 1e9, top = -1e9;
 };
@@ -83,8 +83,8 @@ SeenBox seenOn(const Picture& picture) {
     return box;
 }
 
-/// What stands in metres of the wall is seen there: a cube of 0.5 in the plane of the screen is 0.5 on the screen,
-/// whatever camera its file has.
+/// A thing that stands in metres of the wall is seen there: a cube of 0.5 in the plane of the screen is 0.5 on the
+/// screen, whatever camera its file has.
 TEST_F(Placed, WhatStandsInMetresIsSeenSoLargeAndThere) {
     (void)folder.write("inner.tsct", "node { name: \"watch\" camera {} transform { translation { x: 50 } } }\n");
     const std::string scene = folder.write("cube.tsct",
@@ -138,13 +138,13 @@ TEST_F(Placed, ARadiusOfPointsIsThatOfAllTilesAndOfLoadsToo) {
 /// Paths begin at the root: with a name of its own it came back from a file a level deeper.
 TEST(RootNode, CannotBeRenamedByAnybody) {
     AskedWall wall({.wall = "1x1", .widthPx = 64, .heightPx = 36});
-    const Told refused = wall.ctl({"set", "/", "name", "hall"});
+    const CommandOutcome refused = wall.ctl({"set", "/", "name", "hall"});
     EXPECT_EQ(refused.exitCode, 1) << refused.output;
     EXPECT_NE(refused.output.find("it is the root, which has no name: all paths begin there; name a node below it"),
               std::string::npos)
         << refused.output;
     const std::string core = "#" + std::to_string(wall.ask({"get", "/floor"})["core"]["id"].get<std::uint64_t>());
-    const Told placed = wall.ctl({"set", "/", "core", core});
+    const CommandOutcome placed = wall.ctl({"set", "/", "core", core});
     EXPECT_EQ(placed.exitCode, 1) << placed.output;
     EXPECT_NE(placed.output.find(
                   "it is the root, which has no core: all places and paths begin there; give it to a node below it"),

@@ -29,7 +29,7 @@ public:
               {.wall = wall, .scene = written(scene), .widthPx = 640, .heightPx = 360, .server = std::move(server)}) {}
     /// What the wall says; empty: nothing.
     [[nodiscard]] std::string notice() {
-        const Told told = ctl({"get", kWords, "text"});
+        const CommandOutcome told = ctl({"get", kWords, "text"});
         return told.exitCode == 0 ? told.output : std::string();
     }
     /// Waits until it says something with these words in it, or nothing.
@@ -119,7 +119,7 @@ TEST(ProgramWall, WhatIsWrongIsTheSameOnEveryWallAndMayBeLeftOut) {
     one.tell({"set", one.program(), "surface", kRight});
     EXPECT_TRUE(one.says(""));
     (void)one.finish();
-    const Told replayed = runHere([&] { return runReplay({folder / "shop.tsr"}); });
+    const CommandOutcome replayed = runHere([&] { return runReplay({folder / "shop.tsr"}); });
     EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
     PaintShop silent("1x1", {"--no-notices"});
     silent.settle();

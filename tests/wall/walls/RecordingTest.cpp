@@ -17,7 +17,7 @@ const std::string kHall = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/engi
 
 /// What a replay says of each frame, a line each.
 std::vector<std::string> contactLines(const std::string& recording, int threads) {
-    const Told outcome = runHere([&] {
+    const CommandOutcome outcome = runHere([&] {
         return runReplay({recording, "--contacts", "--json", "--threads", std::to_string(threads)});
     });
     EXPECT_EQ(outcome.exitCode, 0) << threads << " threads";

@@ -1,4 +1,4 @@
-/// What a server answers where numbers and texts are beyond all that anybody means.
+/// Answers of a server where numbers and texts are beyond all that anybody means.
 #include <gtest/gtest.h>
 
 #include "common/request/Requests.h"

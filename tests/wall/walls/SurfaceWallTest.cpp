@@ -110,7 +110,7 @@ TEST(SurfaceWall, WhatIsNearIsDrawnAsFineAsTheScreenWantsIt) {
 TEST(SurfaceWall, WhatIsNoControlMeshIsRefusedByName) {
     SurfaceWall wall("1x1");
     const auto refused = [&](std::vector<std::string> words) {
-        const Told outcome = wall.ctl(std::move(words));
+        const CommandOutcome outcome = wall.ctl(std::move(words));
         EXPECT_NE(outcome.exitCode, 0) << outcome.output;
         return outcome.output;
     };

@@ -25,7 +25,7 @@ TEST(TextWall, TwoByTwoShowsTheLettersThatTheServerSets) {
         wall.tell({"redo"});
         EXPECT_EQ(pixelsThatDiffer(wall.settledPicture(), changed), 0u);
 
-        const Told refused = wall.ctl({"set", "/sign/text", "text", std::string(20000, 'x')});
+        const CommandOutcome refused = wall.ctl({"set", "/sign/text", "text", std::string(20000, 'x')});
         EXPECT_NE(refused.exitCode, 0);
         EXPECT_NE(refused.output.find("more than the limit of 4096"), std::string::npos) << refused.output;
 
