@@ -13,10 +13,10 @@
 #include <array>
 #include <filesystem>
 #include <string>
-#include <system_error>
 
 #include "client/share/SharedMemory.h"
 #include "common/base/Blob.h"
+#include "common/base/StartThread.h"
 
 namespace tessera {
 
@@ -185,13 +185,9 @@ void ArrayDirectory::giveBack(const Memory& memory, std::size_t bytes) {
 }
 
 std::thread ArrayDirectory::helper() {
-    try {
-        return std::thread([this] {
-            while (const std::optional<Memory> memory = unneeded_.pop()) memory->giveBack();
-        });
-    } catch (const std::system_error&) {
-        return {};  // no more threads are to be had
-    }
+    return startThread([this] {
+        while (const std::optional<Memory> memory = unneeded_.pop()) memory->giveBack();
+    });
 }
 
 std::unique_ptr<OthersArrayDirectory> OthersArrayDirectory::open(pid_t process) {

@@ -17,6 +17,7 @@
 #include "common/base/Controls.h"
 #include "common/base/FileHandle.h"
 #include "common/base/JournalStream.h"
+#include "common/base/StartThread.h"
 
 namespace tessera {
 
@@ -46,7 +47,11 @@ public:
         }
         waitingBytes_ += line.size();
         waiting_.push_back(std::move(line));
-        if (!std::exchange(running_, true)) std::thread([self = shared_from_this()] { self->run(); }).detach();
+        if (!running_) {
+            std::thread writer = startThread([self = shared_from_this()] { self->run(); });
+            running_ = writer.joinable();  // else the next line may find room for it
+            if (running_) writer.detach();
+        }
         filled_.notify_one();
     }
     bool flush(std::chrono::milliseconds atMost) {

@@ -6,6 +6,7 @@
 
 #include "common/application/Connection.h"
 #include "common/base/Clock.h"
+#include "common/base/StartThread.h"
 #include "common/scene/Aspect.h"
 #include "server/door/Routes.h"
 #include "server/door/UploadFolder.h"
@@ -83,7 +84,9 @@ void SceneCopies::ask(const Address& server, const std::string& word, SceneEncod
     const auto work = [options, encoding, folder, this] {
         Expected<std::shared_ptr<const AnswerFile>> made = fail(ErrorCode::kFailed, "nothing was made");
         // Its heap goes with it.
-        std::thread([&] { standBehindFrames(), made = copied(options, encoding, folder, stops_); }).join();
+        std::thread apart = startThread([&] { standBehindFrames(), made = copied(options, encoding, folder, stops_); });
+        if (!apart.joinable()) return made = fail(ErrorCode::kLimit, kNoThread);
+        apart.join();
         return made;
     };
     writer_.run(work, [this, encoding, answer](const Expected<std::shared_ptr<const AnswerFile>>& made) {

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
@@ -76,12 +77,20 @@ std::uint64_t FilmProcess::ask(FilmRequest request, TimePoint now) {
     return request.serial;
 }
 
-Expected<std::vector<FilmFrame>> FilmProcess::poll(TimePoint now) {
+Expected<std::vector<FilmFrame>> FilmProcess::poll(TimePoint now, Duration patience) {
+    const auto ms = static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(patience).count());
+    const auto comes = [&] {
+        pollfd waiting{answers_.get(), POLLIN, 0};
+        return ms > 0 && !pending_.empty() && ::poll(&waiting, 1, ms) > 0;
+    };
     std::vector<FilmFrame> frames;
     for (;;) {
         const ssize_t got = ::read(answers_.get(), part_.data() + have_, part_.size() - have_);
         if (got < 0 && errno == EINTR) continue;
-        if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) break;
+        if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+            if (comes()) continue;
+            break;
+        }
         if (got <= 0) return tl::unexpected(ended());
         have_ += static_cast<std::size_t>(got);
         if (have_ < part_.size()) continue;

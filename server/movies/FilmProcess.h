@@ -44,8 +44,8 @@ public:
     /// `request`: its flags and seconds count. Only where fewer than kMostUnderWay are under way. Returns its serial.
     std::uint64_t ask(FilmRequest request, TimePoint now);
     /// What has been answered since, in the order of the requests. Fails, once and for good, with why there will be no
-    /// more, in words for a person.
-    [[nodiscard]] Expected<std::vector<FilmFrame>> poll(TimePoint now);
+    /// more, in words for a person. `patience`: waits as long for each answer that is to come.
+    [[nodiscard]] Expected<std::vector<FilmFrame>> poll(TimePoint now, Duration patience = {});
     /// The child's; for tests that end it.
     [[nodiscard]] pid_t process() const { return child_.pid(); }
 

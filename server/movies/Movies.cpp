@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "common/base/StartThread.h"
 #include "common/base/Utf8.h"
 #include "common/cores/Image.h"
 #include "common/cores/Movie.h"
@@ -21,13 +22,14 @@ bool isMovieColumn(const FieldColumn& column) {
     return column.type == typeOf<Movie>();
 }
 
-bool isReady(const std::future<Expected<FileHandle>>& future) {
-    return future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+bool isReady(const std::future<Expected<FileHandle>>& future, Duration patience) {
+    return future.wait_for(patience) == std::future_status::ready;
 }
 
 }  // namespace
 
-Movies::Movies(Opener open, std::string program) : open_(std::move(open)), program_(std::move(program)) {}
+Movies::Movies(Opener open, std::string program, Duration patience)
+    : open_(std::move(open)), program_(std::move(program)), patience_(patience) {}
 Movies::~Movies() = default;
 
 void Movies::update(const Aspect& scene, const ChangeList* list) {
@@ -93,7 +95,7 @@ void Movies::failed(ObjectId id, Reel& reel, const std::string& problem) {
 }
 
 void Movies::attend(const Aspect& scene, TimePoint now) {
-    std::erase_if(left_, [](const auto& opening) { return isReady(opening); });
+    std::erase_if(left_, [&](const auto& opening) { return isReady(opening, patience_); });
     for (auto& [id, reel] : reels_) {
         const Movie& movie = *scene.get<Movie>(id);
         reel.playable = !movie.file.empty() && scene.get<Image>(movie.image);
@@ -120,14 +122,19 @@ void Movies::open(const Movie& movie, ObjectId id, Reel& reel) {
         reel.problem = fmt::format("it waits: {} films are decoded at once already", kMostFilms);
         return;
     }
+    try {
+        reel.opening = std::async(std::launch::async, open_, movie.file);
+    } catch (const std::system_error&) {
+        reel.problem = fmt::format("it waits: {}", kNoThread);
+        return;
+    }
     reel.problem.clear();
     reel.state = Reel::State::kOpening;
-    reel.opening = std::async(std::launch::async, open_, movie.file);
 }
 
 void Movies::attend(const Movie& movie, ObjectId id, Reel& reel, TimePoint now) {
     open(movie, id, reel);
-    if (reel.state == Reel::State::kOpening && isReady(reel.opening)) {
+    if (reel.state == Reel::State::kOpening && isReady(reel.opening, patience_)) {
         Expected<FileHandle> film = reel.opening.get();
         // A child ends with the thread that started it: not there.
         Expected<FilmProcess> process =
@@ -138,7 +145,7 @@ void Movies::attend(const Movie& movie, ObjectId id, Reel& reel, TimePoint now) 
         reel.idle = 0;
     }
     if (reel.state != Reel::State::kRunning) return;
-    Expected<std::vector<FilmFrame>> frames = reel.process->poll(now);
+    Expected<std::vector<FilmFrame>> frames = reel.process->poll(now, patience_);
     if (!frames) return failed(id, reel, frames.error().message);
     take(reel, std::move(*frames));
     ask(movie, reel, now);

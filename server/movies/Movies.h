@@ -36,9 +36,9 @@ public:
     static constexpr int kPatience = 600;
 
     /// `open`: opens a film's file for reading, by what a Movie says; called on a thread of its own, may be slow.
-    /// `program`: as FilmProcess's.
+    /// `program`: as FilmProcess's. `patience`: as Platform::childPatience.
     using Opener = std::function<Expected<FileHandle>(const std::string& file)>;
-    explicit Movies(Opener open, std::string program = {});
+    explicit Movies(Opener open, std::string program = {}, Duration patience = {});
     ~Movies();
 
     /// After each list applied to the scene, with that list; null: anything may have changed.
@@ -77,6 +77,7 @@ private:
 
     Opener open_;
     std::string program_;
+    Duration patience_;
     std::map<ObjectId, Reel> reels_;
     std::vector<std::future<Expected<FileHandle>>> left_;  ///< of films that nobody wants any more
     std::vector<std::string> remarks_;

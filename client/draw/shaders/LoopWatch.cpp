@@ -7,10 +7,10 @@
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "client/draw/shaders/PersonText.h"
+#include "common/base/StartThread.h"
 
 namespace tessera {
 namespace {
@@ -46,13 +46,10 @@ void LoopWatch::begin(Duration most) {
     begun_ = clockNow();
     watching_ = rounds_ != nullptr;
     if (!watching_) return;
+    if (!thread_.joinable()) thread_ = startThread([this] { run(); });
     if (!thread_.joinable()) {
-        try {
-            thread_ = std::thread([this] { run(); });
-        } catch (const std::system_error&) {
-            watching_ = false;  // the next one may find room again
-            return;
-        }
+        watching_ = false;  // the next one may find room again
+        return;
     }
     told_.push(Watch{begun_, most});
 }

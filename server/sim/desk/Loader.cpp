@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "common/base/StartThread.h"
 #include "common/base/Utf8.h"
 #include "common/cores/LoadWords.h"
 #include "common/scene/FieldTable.h"
@@ -103,16 +104,21 @@ void Loader::carryOutApart(Preparation order) {
     std::array<char, kMostWords> words{};
     std::size_t length = 0;  // there may be zeros among them
     std::optional<ErrorCode> refused;
-    std::thread([&] {
+    std::thread apart = startThread([&] {
         Preparation made = order;
         carryOut(made);
         if (!made.refused) return finish(std::move(made));
         // Nothing of a refused load outlives its thread: one text at the far end of its heap would keep all of it.
         refused = made.refused->code;
         length = cutUtf8(made.refused->message, words.size()).copy(words.data(), words.size());
-    }).join();
-    if (!refused) return;
-    order.refused = Error{*refused, std::string(words.data(), length)};
+    });
+    if (apart.joinable()) {
+        apart.join();
+        if (!refused) return;
+        order.refused = Error{*refused, std::string(words.data(), length)};
+    } else {
+        order.refused = Error{ErrorCode::kLimit, kNoThread};
+    }
     finish(std::move(order));
 }
 

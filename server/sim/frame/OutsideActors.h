@@ -23,7 +23,7 @@ struct OutsideActors {
           programs({}, time, childPatience),
           notices(wall),
           saysNotices(withNotices),
-          films(std::move(open)),
+          films(std::move(open), {}, childPatience),
           handleSizes(wall, drags),
           levels(wall),
           budget(wall.budgetMs),
