@@ -98,8 +98,9 @@ int bench(const ScreenOptions& options) {
     SceneTable table;
     table.begin("engine hall on 2x2 tiles of 960x540");
     if (options.rows.find("windows") != std::string::npos) {
-        test::Process desktop(folder, "xvfb",
-                              {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "1920x1080x24", "-nolisten", "tcp"});
+        test::Process desktop(
+            folder, "xvfb",
+            {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "1920x1080x24", "-nolisten", "tcp", "-noreset"});
         std::string display;
         for (int i = 0; i < 200 && desktop.running() && display.empty(); ++i) {
             std::this_thread::sleep_for(50ms);

@@ -135,7 +135,8 @@ class Runner:
     def desktop(self):
         if self.display is None:
             server = self.start("xvfb",
-                                ["/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"])
+                                ["/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp",
+                                 "-noreset"])
             end = time.monotonic() + 30
             while self.display is None:
                 numbers = [line for line in server.output().split("\n")[:-1] if line.isdigit()]

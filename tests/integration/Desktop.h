@@ -15,13 +15,14 @@ namespace tessera::test {
 
 /// An X server whose screen lies in a file in the format of xwd (X11/XWDFile.h: 25 numbers, most significant byte
 /// first, a name, colours, rows).
+/// It stays as it is when the last client leaves: one that begins anew meanwhile refuses the next.
 class Desktop {
 public:
     Desktop(const std::string& folder, int widthPx, int heightPx)
         : file_(folder + "/Xvfb_screen0"),
           server_(folder, "xvfb",
                   {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx),
-                   "-fbdir", folder, "-nolisten", "tcp"}) {
+                   "-fbdir", folder, "-nolisten", "tcp", "-noreset"}) {
         for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
             std::this_thread::sleep_for(std::chrono::milliseconds(50));
             display_ = displayIn(server_.output());

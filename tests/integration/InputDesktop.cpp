@@ -33,7 +33,7 @@ std::string u16(int value) {
 InputDesktop::InputDesktop(const std::string& folder, int widthPx, int heightPx)
     : server_(folder, "xvfb-input",
               {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx), "-fbdir",
-               folder, "-nolisten", "tcp"}),
+               folder, "-nolisten", "tcp", "-noreset"}),
       screen_(folder + "/Xvfb_screen0") {
     for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
         std::this_thread::sleep_for(50ms);

@@ -106,6 +106,8 @@ class WallsHere(unittest.TestCase):
                                str(others), "/run/tree/build/bin", "/run/tree/tests/data/scenes/yard.tsct",
                                str(ROOT), str(BUILD)],
                               env=environment, capture_output=True, text=True, timeout=120)
+        if "cannot change root filesystem propagation" in said.stderr:
+            self.skipTest("the root is no mount, as in a chroot: none of its processes gets a mount space of its own")
         self.assertEqual(said.returncode, 0, said.stderr)
         member, python, stranger = said.stdout.splitlines()[:3]
         self.assertIn("operator", member)
