@@ -20,6 +20,8 @@ class Options(unittest.TestCase):
                             (["--only"], "--only wants a part of a name"),
                             (["--fuzz"], "--fuzz takes a number of seconds"),
                             (["--storm", "0"], "--storm takes a number of seconds"),
+                            (["--hunt"], "--hunt takes a number of runs"),
+                            (["--hunt", "1", "-R", "x"], "-R: --hunt takes no options of ctest"),
                             (["--storm", "5", "--seed", "x"], "--seed takes a number")):
             done = subprocess.run([ROOT / "deploy/run-tests", "--no-install", *words], capture_output=True, text=True)
             self.assertEqual((done.returncode, done.stdout), (2, ""), words)
