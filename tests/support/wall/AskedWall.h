@@ -63,7 +63,8 @@ public:
 inline const std::string kYard = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/yard.tsct";
 inline constexpr const char* kModels = "/usr/share/assimp/models";
 inline bool engineIsMissing() {
-    return !std::filesystem::exists(std::string(kModels) + "/glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb");
+    return !std::filesystem::exists(std::filesystem::path(kModels) /
+                                    "glTF2/2CylinderEngine-glTF-Binary/2CylinderEngine.glb");
 }
 
 /// Runs what a program's main calls. Returns what it prints, and its exit code.

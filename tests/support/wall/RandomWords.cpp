@@ -10,6 +10,20 @@
 #include "common/request/Said.h"
 
 namespace tessera::simulation {
+
+RandomWords::RandomWords(Random& random, const Aspect& scene, RandomWordsOptions options)
+    : random_(random), scene_(scene), options_(std::move(options)) {
+    for (const ObjectId id : scene.ids()) {
+        if (options_.untouched.contains(id)) continue;
+        all_.push_back(id);
+        if (scene.find(id).as<Node>()) nodes_.push_back(id);
+    }
+}
+
+bool RandomWords::mayBeIn(const TypeInfo& type) const {
+    return !options_.still || !(type.effects & (Effect::kTime | Effect::kRules | Effect::kTerms));
+}
+
 ApplicationRequest RandomWords::request() {
     const auto kinds = kindsOf<ApplicationRequest>();
     const SaidKind<ApplicationRequest>& kind = kinds[random_.below(kinds.size())];
@@ -59,7 +73,7 @@ void RandomWords::one(const MemberEntry& m, const ValueType& type, void* value) 
                 number = random_.below(64);
             else
                 number = wild() ? random_.next() : random_.below(20);
-            if (type.id == IdKind::kObject && untouched_.contains(ObjectId(number))) number = 0;
+            if (type.id == IdKind::kObject && options_.untouched.contains(ObjectId(number))) number = 0;
             std::memcpy(value, &number, type.bytes);
             return;
         }
@@ -134,7 +148,7 @@ std::string RandomWords::text() {
         case 0:
             return kTexts[random_.below(kTexts.size())];
         case 1:
-            if (!files_.empty()) return files_[random_.below(files_.size())];
+            if (!options_.files.empty()) return options_.files[random_.below(options_.files.size())];
             [[fallthrough]];
         default:
             break;
@@ -185,6 +199,7 @@ ChangeList RandomWords::list() {
         switch (random_.below(9)) {
             case 0: {
                 const TypeInfo& type = allTypes()[random_.below(allTypes().size())];
+                if (!mayBeIn(type)) break;
                 const ObjectId core{kFirstPlaceholder + made++}, holder{kFirstPlaceholder + made++};
                 list.create(core, type.type);
                 if (!type.isCore) break;

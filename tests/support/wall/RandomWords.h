@@ -14,23 +14,17 @@
 
 namespace tessera::simulation {
 
-/// Ids and paths are mostly those of `scene`, which outlives it. One in `wildness` values is beyond its bounds. Nobody
-/// speaks of `untouched`.
+struct RandomWordsOptions {
+    std::vector<std::string> files = {};  ///< whose paths some texts are
+    std::set<ObjectId> untouched = {};    ///< nobody speaks of them
+    std::uint64_t wildness = 12;          ///< one in so many values is beyond its bounds
+    bool still = false;                   ///< lists make nothing that moves by itself
+};
+
+/// Ids and paths are mostly those of `scene`, which outlives it.
 class RandomWords {
 public:
-    RandomWords(Random& random, const Aspect& scene, std::vector<std::string> files, std::set<ObjectId> untouched = {},
-                std::uint64_t wildness = 12)
-        : random_(random),
-          scene_(scene),
-          files_(std::move(files)),
-          untouched_(std::move(untouched)),
-          wildness_(wildness) {
-        for (const ObjectId id : scene.ids()) {
-            if (untouched_.contains(id)) continue;
-            all_.push_back(id);
-            if (scene.find(id).as<Node>()) nodes_.push_back(id);
-        }
-    }
+    RandomWords(Random& random, const Aspect& scene, RandomWordsOptions options = {});
 
     [[nodiscard]] ApplicationRequest request();
     /// Changes of what there is: values, places, objects that come and go. Empty ones, too.
@@ -47,16 +41,16 @@ public:
 
 private:
     static constexpr double kFar = 1e3;
-    [[nodiscard]] bool wild() { return random_.below(wildness_) == 0; }
+    [[nodiscard]] bool wild() { return random_.below(options_.wildness) == 0; }
+    /// What a list may make.
+    [[nodiscard]] bool mayBeIn(const TypeInfo& type) const;
     [[nodiscard]] FieldValue other(const FieldInfo& field, FieldValue value);
 
     void one(const MemberEntry& m, const ValueType& type, void* value);
 
     Random& random_;
     const Aspect& scene_;
-    std::vector<std::string> files_;
-    std::set<ObjectId> untouched_;
-    std::uint64_t wildness_;
+    RandomWordsOptions options_;
     std::vector<ObjectId> all_, nodes_;
 };
 

@@ -183,6 +183,11 @@ void SimulatedApplication::take(Incoming incoming) {
             awaited->second = Expected<ApplicationAnswer>(fail(reply->reply.code, reply->reply.error));
         else
             awaited->second = decodeAnswer(reply->reply.body);
+    } else if (const auto* told = std::get_if<incoming::Notice>(&incoming)) {
+        if (const auto* frame = std::get_if<notice::Frame>(&told->notice)) {
+            ++framesTold_;
+            lastFrame_ = frame->frame;
+        }
     } else if (auto* ended = std::get_if<incoming::Ended>(&incoming)) {
         endedBecause_ = ended->error.message;
     }
@@ -239,6 +244,10 @@ ServerOptions SimulatedWall::serverOptions() {
 }
 
 void SimulatedWall::startServer() {
+    if (const Expected<void> begun = tryToStartServer(); !begun) throw Violation(begun.error().message);
+}
+
+Expected<void> SimulatedWall::tryToStartServer() {
     ServerOptions options = serverOptions();
     wall_ = options.wall;
     if (std::string first = std::exchange(options_.record, {}); !first.empty()) options.recordPath = std::move(first);
@@ -249,7 +258,10 @@ void SimulatedWall::startServer() {
     server_ = std::make_unique<FrameLoop>(std::move(options), words_.log);
     serverEnded_ = false;
     serverError_.clear();
-    if (const Expected<void> begun = server_->begin(); !begun) throw Violation(begun.error().message);
+    if (Expected<void> begun = server_->begin(); !begun) {
+        killServer();
+        return begun;
+    }
     serverProgram_ = world_.run(
         [this] {
             if (serverEnded_) return;
@@ -263,6 +275,7 @@ void SimulatedWall::startServer() {
             serverError_ = turned.error().message;
         },
         [this] { return serverEnded_ ? TimePoint::max() : server_->nextWake(); });
+    return {};
 }
 
 void SimulatedWall::killServer() {
@@ -307,9 +320,11 @@ CommandOutcome SimulatedWall::ctl(std::vector<std::string> words) {
     return {outcome.exitCode, printed + outcome.out + outcome.err};
 }
 
-void SimulatedWall::startHost(const std::string& name) {
+void SimulatedWall::startHost(const std::string& name, const std::optional<Injection>& injection) {
     hosts_[name] = nullptr;
-    hosts_[name] = std::make_unique<SimulatedHost>(world_, name, options_, address_, folder_ / "out");
+    WallOptions options = options_;
+    if (injection) options.injections[name] = *injection;
+    hosts_[name] = std::make_unique<SimulatedHost>(world_, name, options, address_, folder_ / "out");
 }
 
 void SimulatedWall::startHosts() {

@@ -95,6 +95,9 @@ public:
     [[nodiscard]] const Aspect& scene() const { return scene_; }
     [[nodiscard]] Sequence sequence() const { return sequence_; }
     [[nodiscard]] bool hasScene() const { return hasScene_; }
+    /// Frames of which it was told, as it has subscribed to (`Subscription::frames`), and the number of the last one.
+    [[nodiscard]] std::uint64_t framesTold() const { return framesTold_; }
+    [[nodiscard]] FrameNumber lastFrame() const { return lastFrame_; }
     [[nodiscard]] bool ended() const { return session_->ended(); }
     [[nodiscard]] const std::string& endedBecause() const { return endedBecause_; }
     /// Called after each list; `whole`: it is the scene anew. May be empty.
@@ -130,6 +133,8 @@ private:
     Aspect scene_;
     Sequence sequence_;
     bool hasScene_ = false;
+    std::uint64_t framesTold_ = 0;
+    FrameNumber lastFrame_;
     std::string endedBecause_;
     std::map<std::uint64_t, std::optional<Expected<ApplicationAnswer>>> answers_;
     std::uint64_t lastRequest_ = 0;
@@ -166,11 +171,14 @@ public:
     [[nodiscard]] const std::map<std::string, std::unique_ptr<SimulatedHost>>& hosts() const { return hosts_; }
     /// As a killed process ends: without a word.
     void killHost(const std::string& name);
-    void startHost(const std::string& name);
+    /// `injection`: that it shall have; none: that of its options.
+    void startHost(const std::string& name, const std::optional<Injection>& injection = {});
     void startHosts();
     void killServer();
     /// Again, with the same options. Throws Violation where it does not begin.
     void startServer();
+    /// The same; an error where it does not begin, and then there is none.
+    [[nodiscard]] Expected<void> tryToStartServer();
     [[nodiscard]] bool serverLives() const { return server_ && !serverEnded_; }
     /// Why it has ended; empty: it goes on, or ended in order.
     [[nodiscard]] const std::string& serverError() const { return serverError_; }

@@ -1,15 +1,19 @@
 /// A wall to which everything happens at once, drawn from a seed; and the laws that hold all the same.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "tests/support/wall/MoveTally.h"
 #include "tests/support/wall/RandomWords.h"
 #include "tests/support/wall/SimulatedWall.h"
+#include "tests/support/wall/StormDisk.h"
 
 namespace tessera::simulation {
 
@@ -18,6 +22,8 @@ struct StormOptions {
     std::uint64_t seed = 1;
     /// Four tiles, and the same picture on one under each of three cullers. False: one host that draws nothing.
     bool draws = true;
+    /// Nothing is asked for that moves by itself, so that undo of everything leads to the first state.
+    bool still = false;
 };
 
 /// Each step is drawn from a seed of its own, and from the wall as it is then. The same steps lead to the same wall.
@@ -30,6 +36,8 @@ public:
     [[nodiscard]] std::string step(std::uint64_t seed);
     /// All that it takes longer to look at: the journal, the pictures.
     [[nodiscard]] std::string lookClosely();
+    /// Looks at what only an end shows: undo of everything, the journal once more, the recording.
+    [[nodiscard]] std::string end();
     /// The last step in words, for a person.
     [[nodiscard]] const std::string& said() const { return said_; }
     /// Counts of all that applications have said until now: answered as they wished, and refused.
@@ -38,34 +46,76 @@ public:
     };
     [[nodiscard]] Answers answers() const { return answers_; }
 
-    /// Storms go over several scenes: the path of one of them.
-    [[nodiscard]] static std::string sceneOf(std::uint64_t seed);
+    /// Storms go over several scenes: that of a seed.
+    [[nodiscard]] static StormOptions optionsOf(std::uint64_t seed, bool draws);
     [[nodiscard]] static std::vector<std::uint64_t> stepsOf(std::uint64_t seed, std::size_t count);
-    /// Does all steps from a fresh wall. The number of the step that breaks a law, and which; none: all hold.
+    /// The number of the step that breaks a law, and which.
     struct Broken {
         std::size_t step = 0;
         std::string law;
     };
-    [[nodiscard]] static std::optional<Broken> run(const StormOptions& options, const std::vector<std::uint64_t>& steps,
-                                                   std::vector<std::string>* said = nullptr,
-                                                   Answers* answers = nullptr);
-    /// Fewer steps that break a law as well.
-    [[nodiscard]] static std::vector<std::uint64_t> shortened(const StormOptions& options,
-                                                              std::vector<std::uint64_t> steps, Duration atMost);
+    /// Told of each step when it is over, before the laws are looked at.
+    using OnStep = std::function<void(std::size_t step, const Storm&)>;
+    /// Does all steps from a fresh wall. None: all laws hold.
+    [[nodiscard]] static std::optional<Broken> run(const StormOptions& options, std::span<const std::uint64_t> steps,
+                                                   const OnStep& onStep = {});
+    using Runner = std::function<std::optional<Broken>(std::span<const std::uint64_t> steps)>;
+    /// Fewer steps that break a law as well, by a runner that does not change.
+    [[nodiscard]] static std::vector<std::uint64_t> shortened(std::vector<std::uint64_t> steps, const Runner& runner,
+                                                              Duration atMost);
 
 private:
+    struct Step;
+    struct Deed;
+    [[nodiscard]] static std::span<const Deed> deeds();
+
+    // Deeds: what a step may be. They say in words what they did.
+    std::string hostDies(Step& step);
+    std::string hostHangs(Step& step);
+    std::string hostIsCutOff(Step& step);
+    std::string hostFlaps(Step& step);
+    std::string hostHasAFault(Step& step);
+    std::string applicationComesOrLeaves(Step& step);
+    std::string clockIsSet(Step& step);
+    std::string serverIsKilled(Step& step);
+    std::string journalIsDamaged(Step& step);
+    std::string somebodyFlies(Step& step);
+    std::string arraysAreUploaded(Step& step);
+    std::string undo(Step& step);
+    std::string redo(Step& step);
+    std::string tallyMoves(Step& step);
+    std::string diskIsFull(Step& step);
+    std::string syncFails(Step& step);
+    std::string sceneFileChanges(Step& step);
+    std::string modelFileChanges(Step& step);
+    std::string fileIsLoaded(Step& step);
+    std::string handIsThere(Step& step);
+    std::string clockPlaysOrStands(Step& step);
+    std::string changesAreProposed(Step& step);
+    std::string nodeIsMoved(Step& step);
+    std::string nodeIsCloned(Step& step);
+    std::string nodeIsRemoved(Step& step);
+    std::string anythingIsAsked(Step& step);
+    std::string threadsAreShort(Step& step);
+
     [[nodiscard]] std::string doOne(Random& random);
     [[nodiscard]] std::string findBroken();
-    [[nodiscard]] std::string killAndGoOn(Random& random);
-    /// Makes the frames of the first server again.
-    [[nodiscard]] std::string replayed();
-    /// Finds a node that is moved by relative moves of one unit alone. They are counted: each that is granted is there,
-    /// once.
-    void beginTally();
+    void killServer();
+    void goOn();
+    [[nodiscard]] SimulatedApplication& first();
+    /// The first application is there, and looks at all lists.
     void follow();
-    [[nodiscard]] std::string tallyFault();
-    /// Its questions will not be answered any more.
-    void forgetQuestionsOf(const std::string& application);
+    void forgetQuestionsOf(const std::string& application) { tally_->forgetQuestionsOf(application); }
+    [[nodiscard]] std::set<ObjectId> untouched() const;
+    [[nodiscard]] std::uint64_t hashOfKept() const;
+    [[nodiscard]] std::string framesStopped();
+    [[nodiscard]] std::string clockFault();
+    [[nodiscard]] std::string pictureFault();
+    [[nodiscard]] std::string newcomerFault();
+    [[nodiscard]] std::string undoFault();
+    /// Makes the frames of the first server again.
+    [[nodiscard]] std::string replayFault();
+    [[nodiscard]] std::string anyHost(Random& random) const;
 
     StormOptions options_;
     test::TestFolder folder_;
@@ -73,29 +123,24 @@ private:
     std::string said_;
     std::size_t steps_ = 0;
     Answers answers_;
-    std::vector<std::string> programs_;  ///< of applications that are there
+    std::vector<std::string> guests_;  ///< applications that are there
+    std::set<std::string> faulty_;     ///< hosts that were given a fault
+    std::map<std::string, InputState> inputs_;
+    std::vector<std::string> files_;
     struct Grants {
         Sequence sequence;
         StateHash state;
     };
     std::optional<Grants> seen_;  ///< the newest list that the first application has seen
-    struct Tally {
-        ObjectId node, core;
-        struct TallyReading {
-            Sequence sequence;
-            double at = 0;
-            bool whole = false;
-        };
-        std::vector<TallyReading> looks;  ///< of the first application, after each list
-        enum class Asked : std::uint8_t { kMove, kStep };
-        std::map<std::pair<std::string, std::uint64_t>, Asked> asked;  ///< by application and request
-        std::map<Sequence, int> granted;                               ///< moves, by the list that has them
-        std::set<Sequence> steps;  ///< lists of undo and redo, which may be of moves
-        int unknown = 0;           ///< moves that nobody will be told of
-        bool stepUnknown = false;
-    } tally_;
-    class Disk;
-    std::shared_ptr<Disk> disk_;
+    std::unique_ptr<MoveTally> tally_;
+    ObjectId clock_, hand_;    ///< an Animation, and the Transform that it leads one unit a second
+    std::set<ObjectId> kept_;  ///< that nobody touches
+    std::uint64_t keptHash_ = 0;
+    StateHash begun_;                             ///< of the scene as it was first
+    std::optional<std::uint64_t> clockOffSince_;  ///< frames told when the clock's hand was first seen elsewhere
+    std::uint64_t framesTold_ = 0;
+    TimePoint frameAt_{};  ///< when the last one was told
+    std::shared_ptr<StormDisk> disk_;
     bool recorded_ = false;  ///< what the first server did has been compared
     int changes_ = 0;        ///< of the scene's file
 };
