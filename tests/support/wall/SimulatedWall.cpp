@@ -33,6 +33,11 @@ Injection injectionOf(const WallOptions& options, const std::string& host) {
     return own == options.injections.end() ? Injection() : own->second;
 }
 
+std::optional<FrameNumber> showsNothingFrom(const Injection& injection) {
+    if (injection.kind != Injection::Kind::kShowHang) return std::nullopt;
+    return FrameNumber(injection.frame);
+}
+
 }  // namespace
 
 // ---- a host
@@ -62,7 +67,8 @@ SimulatedHost::SimulatedHost(World& world, std::string name, const WallOptions& 
                           .pixelProbe = *probe,
                           .firstShare = static_cast<double>(world.random().below(64)) / 64,
                           .platform = std::move(platform),
-                          .atOnce = [this](const Work& work) { return host_->again(work); }},
+                          .atOnce = [this](const Work& work) { return host_->again(work); },
+                          .showsNothingFrom = showsNothingFrom(injectionOf(options, name_))},
         shelf_, nullptr, nullptr, events_, work_, words_.log);
     drawProgram_ =
         world.run([this] { draw(); }, [this, &world] { return ahead_ ? world.now() + 2ms : TimePoint::max(); });
@@ -73,6 +79,8 @@ SimulatedHost::SimulatedHost(World& world, std::string name, const WallOptions& 
             if (!std::exchange(begun, true)) link_->begin();
             link_->turn();
             if (!work_.idle() || work_.closed()) drawProgram_->poke();
+            if (!link_->over()) return;
+            if (const HostEnd end = link_->finish(); !end.over) words_.log.warning(end.error.message);
         },
         [this] { return link_->over() ? TimePoint::max() : link_->nextWake(); });
 }
@@ -186,6 +194,7 @@ void SimulatedApplication::take(Incoming incoming) {
     } else if (const auto* told = std::get_if<incoming::Notice>(&incoming)) {
         if (const auto* frame = std::get_if<notice::Frame>(&told->notice)) {
             ++framesTold_;
+            lateFrames_ += frame->frameMs > kLateMs ? 1 : 0;
             lastFrame_ = frame->frame;
         }
     } else if (auto* ended = std::get_if<incoming::Ended>(&incoming)) {
@@ -357,6 +366,11 @@ std::optional<std::uint64_t> SimulatedWall::shownFrame() const {
         frame = shown->glance().number;
     }
     return shown_ = frame;
+}
+
+std::optional<std::uint64_t> SimulatedWall::shownFrame(const std::string& tile) const {
+    const auto shown = SharedFrameReader::open(folder_ / ("out/tiles/" + tile + "/shown.frame"));
+    return shown ? std::optional(shown->glance().number) : std::nullopt;
 }
 
 std::optional<Picture> SimulatedWall::picture(const std::string& screen) const {

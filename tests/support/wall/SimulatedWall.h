@@ -98,6 +98,9 @@ public:
     /// Frames of which it was told, as it has subscribed to (`Subscription::frames`), and the number of the last one.
     [[nodiscard]] std::uint64_t framesTold() const { return framesTold_; }
     [[nodiscard]] FrameNumber lastFrame() const { return lastFrame_; }
+    /// How many of them took longer than kLateMs.
+    [[nodiscard]] std::uint64_t lateFrames() const { return lateFrames_; }
+    static constexpr double kLateMs = 400;
     [[nodiscard]] bool ended() const { return session_->ended(); }
     [[nodiscard]] const std::string& endedBecause() const { return endedBecause_; }
     /// Called after each list; `whole`: it is the scene anew. May be empty.
@@ -133,7 +136,7 @@ private:
     Aspect scene_;
     Sequence sequence_;
     bool hasScene_ = false;
-    std::uint64_t framesTold_ = 0;
+    std::uint64_t framesTold_ = 0, lateFrames_ = 0;
     FrameNumber lastFrame_;
     std::string endedBecause_;
     std::map<std::uint64_t, std::optional<Expected<ApplicationAnswer>>> answers_;
@@ -188,6 +191,8 @@ public:
 
     /// The number of the frame that all tiles show. It looks twice in a millisecond at most.
     [[nodiscard]] std::optional<std::uint64_t> shownFrame() const;
+    /// The number of the frame that this tile shows; none: it has never shown one.
+    [[nodiscard]] std::optional<std::uint64_t> shownFrame(const std::string& tile) const;
     /// Runs until all tiles show this frame. The exact stitch of them; Violation: it was never shown by all.
     [[nodiscard]] Picture pictureOf(std::uint64_t frame, Duration atMost = std::chrono::seconds(60));
     /// The exact stitch of what all tiles show now, screens side by side, of two eyes the left one's; none where they

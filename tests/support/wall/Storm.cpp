@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/cores/Animation.h"
 #include "tests/support/wall/StormSteps.h"
 
 namespace tessera::simulation {
@@ -123,6 +124,8 @@ std::set<ObjectId> Storm::untouched() const {
     const SimulatedApplication* const application = wall_->findApplication(kFirst);
     for (const char* path : {"/clock", "/hand"})
         if (const Expected<ObjectId> node = findNode(application->scene(), path)) all.insert(*node);
+    if (const auto* clock = application->scene().get<Animation>(clock_))
+        all.insert(clock->channels.begin(), clock->channels.end());
     return all;
 }
 

@@ -74,6 +74,7 @@ private:
     std::string hostHangs(Step& step);
     std::string hostIsCutOff(Step& step);
     std::string hostFlaps(Step& step);
+    std::string hostFlapsAndHangs(Step& step, const std::string& name, std::uint64_t times);
     std::string hostHasAFault(Step& step);
     std::string applicationComesOrLeaves(Step& step);
     std::string clockIsSet(Step& step);
@@ -93,6 +94,7 @@ private:
     std::string clockPlaysOrStands(Step& step);
     std::string changesAreProposed(Step& step);
     std::string nodeIsMoved(Step& step);
+    std::string thingIsSetOnAnother(Step& step);
     std::string nodeIsCloned(Step& step);
     std::string nodeIsRemoved(Step& step);
     std::string anythingIsAsked(Step& step);

@@ -8,7 +8,10 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "common/cores/Animation.h"
+#include "common/cores/CollisionObject.h"
 #include "common/cores/Transform.h"
+#include "common/scene/Action.h"
+#include "common/scene/Edits.h"
 #include "tests/support/wall/StormSteps.h"
 #include "tests/support/wall/ThreadShortage.h"
 
@@ -47,7 +50,8 @@ std::span<const Storm::Deed> Storm::deeds() {
         {2, &Storm::handIsThere},
         {2, &Storm::clockPlaysOrStands},
         {8, &Storm::changesAreProposed, true},
-        {3, &Storm::nodeIsMoved, true},
+        {2, &Storm::nodeIsMoved, true},
+        {3, &Storm::thingIsSetOnAnother, true},
         {1, &Storm::nodeIsCloned, true},
         {1, &Storm::nodeIsRemoved, true},
         {8, &Storm::anythingIsAsked},
@@ -92,6 +96,7 @@ std::string Storm::hostIsCutOff(Step& step) {
 std::string Storm::hostFlaps(Step& step) {
     const std::string name = anyHost(step.random);
     const std::uint64_t times = 2 + step.random.below(6);
+    if (options_.draws && step.random.below(2) == 0) return hostFlapsAndHangs(step, name, times);
     for (std::uint64_t i = 0; i < times; ++i) {
         wall_->killHost(name);
         step.world().runFor(step.random.between({}, 20ms));
@@ -100,6 +105,24 @@ std::string Storm::hostFlaps(Step& step) {
     }
     faulty_.erase(name);
     return fmt::format("host {} dies and comes back {} times", name, times);
+}
+
+/// Who has held the others up does so again when it has proved itself, and not before.
+std::string Storm::hostFlapsAndHangs(Step& step, const std::string& name, std::uint64_t times) {
+    const std::uint64_t late = first().lateFrames();
+    for (std::uint64_t i = 0; i < times; ++i) {
+        wall_->killHost(name);
+        wall_->startHost(name);
+        wall_->host(name).drawing().hang(true);
+        step.world().runFor(4s);
+    }
+    const std::uint64_t more = first().lateFrames() - late;
+    wall_->killHost(name);
+    wall_->startHost(name);
+    faulty_.erase(name);
+    if (more > 2)
+        throw Violation(fmt::format("a host that hangs and comes back {} times delays {} frames", times, more));
+    return fmt::format("host {} hangs and comes back {} times", name, times);
 }
 
 std::string Storm::hostHasAFault(Step& step) {
@@ -333,6 +356,30 @@ std::string Storm::nodeIsMoved(Step& step) {
     move.node = step.words.anyNode();
     (void)step.speaker.say(move);
     return fmt::format("MoveNode #{}", move.node.value);
+}
+
+/// As people do: into another one, or a hand's breadth beside it. Bodies first, where there are some.
+std::string Storm::thingIsSetOnAnother(Step& step) {
+    const Aspect& scene = first().scene();
+    std::vector<ObjectId> bodies;
+    for (const ObjectId id : scene.ids())
+        if (const Node* node = scene.get<Node>(id); node && scene.get<CollisionObject>(node->core))
+            bodies.push_back(id);
+    const auto any = [&] {
+        return bodies.empty() || step.random.below(4) == 0 ? step.words.anyNode()
+                                                           : bodies[step.random.below(bodies.size())];
+    };
+    const Expected<ObjectId> thing = movableNode(scene, any()), other = movableNode(scene, any());
+    if (!thing || !other || untouched().contains(*thing)) return "nothing";
+    const Vec3d aside = step.random.below(2) == 0 ? Vec3d(step.words.number(-0.3, 0.3), step.words.number(0, 0.3), 0)
+                                                  : Vec3d(Vec3d::Zero());
+    const Vec3d place = worldTransform(scene, scene.get<Node>(*thing)->parent).inverse() *
+                        (worldTransform(scene, *other).translation() + aside);
+    request::MoveNode move;
+    move.node = *thing;
+    move.move.translation = place;
+    (void)step.speaker.say(move);
+    return fmt::format("#{} is set on #{}", thing->value, other->value);
 }
 
 std::string Storm::nodeIsCloned(Step& step) {
