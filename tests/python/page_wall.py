@@ -63,3 +63,22 @@ class OnAScene(OnAPage):
     def texts(self, selector):
         return self.browser.run("return [...document.querySelectorAll(arguments[0])].filter((one) => "
                                 "one.checkVisibility()).map((one) => one.textContent)", selector)
+
+
+STRANGE = "<img src=x onerror=alert(1)>"
+
+
+class BesideALamp(OnAScene):
+    """And beside many nodes, some with strange names."""
+    options = {"surface": "osmesa", "size": "64x48", "journal": True}
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        with cls.wall.edit() as edit:
+            edit.create("/lamp", "PointLight", intensity=2.0, range=5.0)
+            edit.create("/" + STRANGE, "Switch")
+            edit.create("/世界 مرحبا 👋", None)
+            edit.create("/many")
+            for i in range(450):
+                edit.create(f"/many/{i}", None)
