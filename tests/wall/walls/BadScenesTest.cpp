@@ -10,12 +10,11 @@
 #include <fstream>
 #include <random>
 
-#include "tests/integration/LiveWall.h"
+#include "server/tools/CheckCommand.h"
+#include "tests/support/wall/AskedWall.h"
 
-namespace tessera::test {
+namespace tessera::simulation {
 namespace {
-
-using namespace std::chrono_literals;
 
 struct BadScene {
     const char* name;
@@ -101,28 +100,43 @@ const BadScene kBadScenes[] = {
      "object 4 (Camera): "},
 };
 
+CommandOutcome check(std::vector<std::string> words) {
+    return runHere([&] { return runCheck(words); });
+}
+
+/// A server that starts with this scene, until it shows it or ends.
+class StartedServer {
+public:
+    explicit StartedServer(const std::string& scene, std::vector<std::string> words = {})
+        : wall_({.scene = scene, .wall = "1x1", .hosts = false, .server = std::move(words)}) {
+        (void)wall_.world().runUntil([&] { return !wall_.serverLives() || shows(); }, 60s);
+    }
+    [[nodiscard]] bool shows() const { return wall_.logs().find("scene: ") != std::string::npos; }
+    /// Why it has ended; empty: it has not.
+    [[nodiscard]] const std::string& error() const { return wall_.serverError(); }
+    [[nodiscard]] std::string logs() const { return wall_.logs(); }
+
+private:
+    SimulatedWall wall_;
+};
+
 TEST(BadScenes, CheckAndServerRefuseTheSameInTheSameWordsAtTheSamePlace) {
-    const TemporaryFolder folder;
+    const test::TestFolder folder;
     for (const BadScene& bad : kBadScenes) {
         SCOPED_TRACE(bad.name);
         const bool saved = std::string_view(bad.text).starts_with("object");
         const std::string path = folder.write("scene.tsct", std::string(saved ? kSaved : kTree) + bad.text + "\n");
-        const Outcome check = run(folder.path(), {program("tessera-check"), path}, 60s);
-        EXPECT_EQ(check.exitCode, 3) << check.output;
-        EXPECT_TRUE(check.output.starts_with(path + ":" + bad.at + ": ")) << check.output;
-        EXPECT_NE(check.output.find(bad.says), std::string::npos) << check.output;
-        const Outcome served = run(
-            folder.path(),
-            {program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--frames", "1", "--scene", path},
-            60s);
-        EXPECT_EQ(served.exitCode, 3) << served.output;
-        EXPECT_NE(served.output.find(check.output), std::string::npos)
-            << "check: " << check.output << "server: " << served.output;
+        const CommandOutcome checked = check({path});
+        EXPECT_EQ(checked.exitCode, 3) << checked.output;
+        EXPECT_TRUE(checked.output.starts_with(path + ":" + bad.at + ": ")) << checked.output;
+        EXPECT_NE(checked.output.find(bad.says), std::string::npos) << checked.output;
+        const StartedServer server(path);
+        EXPECT_EQ(server.error() + "\n", checked.output) << server.logs();
     }
 }
 
 TEST(BadScenes, AHandleAtWhatMovesByItselfIsSaidByBothAndStarts) {
-    const TemporaryFolder folder;
+    const test::TestFolder folder;
     for (const auto& [mover, by] :
          {std::pair("motion { target: \"/crane\" key { time: 0 } key { time: 1 } }", "a motion"),
           {"animation { channel { target: \"/crane\" field: \"translation\" time: [0, 1] value: [0, 0, 0, 1, 0, 0] } }",
@@ -131,13 +145,12 @@ TEST(BadScenes, AHandleAtWhatMovesByItselfIsSaidByBothAndStarts) {
             folder.write("driven.tsct",
                          std::string(kTree) + "node { manipulator { target: \"/crane\" } }\nnode { " + mover + " }\n");
         const std::string note = path + ":4:1: what this manipulator moves is driven by " + by;
-        const Outcome check = run(folder.path(), {program("tessera-check"), path}, 60s);
-        EXPECT_EQ(check.exitCode, 0) << check.output;
-        EXPECT_NE(check.output.find(note), std::string::npos) << check.output;
-        Process server(folder.path(), "server",
-                       {program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--scene", path});
-        EXPECT_TRUE(server.waitForText(note, 60s)) << server.output();
-        EXPECT_TRUE(server.waitForText("scene: ", 60s)) << server.output();
+        const CommandOutcome checked = check({path});
+        EXPECT_EQ(checked.exitCode, 0) << checked.output;
+        EXPECT_NE(checked.output.find(note), std::string::npos) << checked.output;
+        const StartedServer server(path);
+        EXPECT_NE(server.logs().find(note), std::string::npos) << server.logs();
+        EXPECT_TRUE(server.shows()) << server.logs();
     }
 }
 
@@ -171,7 +184,7 @@ std::string changedSomewhere(std::string text, std::mt19937& random) {
 
 TEST(BadScenes, OfShippedScenesThatAreChangedAtRandomBothRefuseTheSame) {
     namespace fs = std::filesystem;
-    const TemporaryFolder folder;
+    const test::TestFolder folder;
     const std::string scenes = folder.path() + "/scenes";
     fs::copy(TESSERA_SOURCE_DIR "/deploy/scenes", scenes, fs::copy_options::recursive);
     std::vector<std::string> files;
@@ -183,35 +196,29 @@ TEST(BadScenes, OfShippedScenesThatAreChangedAtRandomBothRefuseTheSame) {
     const unsigned first = only ? static_cast<unsigned>(std::stoul(only)) : 1;
     std::size_t refused = 0;
     for (unsigned seed = first; seed < first + (only ? 1 : 60); ++seed) {
-        SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/integration --gtest_filter=BadScenes.OfShipped*", seed));
+        SCOPED_TRACE(fmt::format("TESSERA_SEED={} build/bin/wall --gtest_filter=BadScenes.OfShipped*", seed));
         std::mt19937 random(seed);
         const std::string& file = files[random() % files.size()];
         const std::string path = fs::path(file).parent_path().string() + "/changed.tsct";
         std::ofstream(path) << changedSomewhere(readText(file), random);
         const std::vector<std::string> assets = {"--assets", "/usr/share/assimp/models"};
-        std::vector<std::string> check = {program("tessera-check"), path};
-        std::vector<std::string> serve = {
-            program("tessera-server"), "--listen", "127.0.0.1:0", "--wall", "1x1", "--scene", path};
-        check.insert(check.end(), assets.begin(), assets.end());
-        serve.insert(serve.end(), assets.begin(), assets.end());
-        const Outcome checked = run(folder.path(), check, 60s);
-        Process server(folder.path(), "server", serve);
-        const bool shown = server.waitForText("scene: ", 60s).has_value();
+        const CommandOutcome checked = check({path, assets[0], assets[1]});
+        const StartedServer server(path, assets);
+        const bool shown = server.shows();
         // A picture that is not there is wrong, as is a material's number out of its bounds, and the rest is shown.
         const bool lost = checked.output.find(" cannot be had: ") != std::string::npos ||
                           checked.output.find(" is taken\n") != std::string::npos;
-        EXPECT_EQ(shown, checked.exitCode == 0 || lost) << "check: " << checked.output << "server: " << server.output();
+        EXPECT_EQ(shown, checked.exitCode == 0 || lost) << "check: " << checked.output << "server: " << server.logs();
         if (shown) continue;
         ++refused;
         std::string last = checked.output.substr(0, checked.output.size() - 1);
         last = last.substr(last.rfind('\n') + 1);
-        EXPECT_NE(server.output().find(last), std::string::npos)
-            << "check: " << checked.output << "server: " << server.output();
-        EXPECT_EQ(server.waitForExit(60s), checked.exitCode);
+        EXPECT_NE(server.error().find(last), std::string::npos)
+            << "check: " << checked.output << "server: " << server.error() << server.logs();
         fs::remove(path);
     }
     EXPECT_TRUE(only || refused > 20) << refused;
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::simulation
