@@ -74,7 +74,7 @@ private:
     std::string hostHangs(Step& step);
     std::string hostIsCutOff(Step& step);
     std::string hostFlaps(Step& step);
-    std::string hostFlapsAndHangs(Step& step, const std::string& name, std::uint64_t times);
+    std::string hostFlapsAndHangs(const std::string& name);
     std::string hostHasAFault(Step& step);
     std::string applicationComesOrLeaves(Step& step);
     std::string clockIsSet(Step& step);

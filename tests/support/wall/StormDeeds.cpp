@@ -95,8 +95,8 @@ std::string Storm::hostIsCutOff(Step& step) {
 
 std::string Storm::hostFlaps(Step& step) {
     const std::string name = anyHost(step.random);
+    if (options_.draws && step.random.below(2) == 0) return hostFlapsAndHangs(name);
     const std::uint64_t times = 2 + step.random.below(6);
-    if (options_.draws && step.random.below(2) == 0) return hostFlapsAndHangs(step, name, times);
     for (std::uint64_t i = 0; i < times; ++i) {
         wall_->killHost(name);
         step.world().runFor(step.random.between({}, 20ms));
@@ -107,22 +107,31 @@ std::string Storm::hostFlaps(Step& step) {
     return fmt::format("host {} dies and comes back {} times", name, times);
 }
 
-/// Who has held the others up does so again when it has proved itself, and not before.
-std::string Storm::hostFlapsAndHangs(Step& step, const std::string& name, std::uint64_t times) {
+/// Who has held the others up does so again when it has proved itself, by twice as many frames each time. Here it draws
+/// a few and hangs, again and again.
+std::string Storm::hostFlapsAndHangs(const std::string& name) {
+    constexpr int kTimes = 8, kMostLate = 5;
+    std::string tile;
+    for (const Tile& each : layoutTiles(wall_->wall()))
+        if (each.host == name) tile = each.name;
+    World& world = wall_->world();
     const std::uint64_t late = first().lateFrames();
-    for (std::uint64_t i = 0; i < times; ++i) {
+    for (int i = 0; i < kTimes; ++i) {
+        const std::uint64_t before = wall_->shownFrame(tile).value_or(0);
         wall_->killHost(name);
         wall_->startHost(name);
+        (void)world.runUntil([&] { return wall_->shownFrame(tile).value_or(0) > before; }, 1s);
+        world.runFor(40ms);
         wall_->host(name).drawing().hang(true);
-        step.world().runFor(4s);
+        world.runFor(2500ms);
     }
     const std::uint64_t more = first().lateFrames() - late;
     wall_->killHost(name);
     wall_->startHost(name);
     faulty_.erase(name);
-    if (more > 2)
-        throw Violation(fmt::format("a host that hangs and comes back {} times delays {} frames", times, more));
-    return fmt::format("host {} hangs and comes back {} times", name, times);
+    if (more > kMostLate)
+        throw Violation(fmt::format("a host that hangs and comes back {} times delays {} frames", kTimes, more));
+    return fmt::format("host {} hangs and comes back {} times, and delays {} frames", name, kTimes, more);
 }
 
 std::string Storm::hostHasAFault(Step& step) {
