@@ -1,5 +1,5 @@
-/// What happens to the others when the process of one host is killed, its GPU goes, or it draws slowly. What else may
-/// happen to hosts is in tests/wall.
+/// The others when the process of one host is killed, its GPU goes, or it draws slowly. Other faults of hosts are in
+/// tests/wall.
 #include <gtest/gtest.h>
 #include <signal.h>
 

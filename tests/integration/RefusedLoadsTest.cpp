@@ -24,7 +24,7 @@ std::string doubled(int times, const std::string& more = {}) {
 
 class RefusedLoads : public testing::Test {
 protected:
-    /// What several at once are told.
+    /// The answers to several at once.
     std::vector<std::string> severalAreTold(const std::string& file) {
         std::vector<std::unique_ptr<Process>> asking;
         for (int i = 0; i < 4; ++i)

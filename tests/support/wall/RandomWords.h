@@ -42,7 +42,7 @@ public:
 private:
     static constexpr double kFar = 1e3;
     [[nodiscard]] bool wild() { return random_.below(options_.wildness) == 0; }
-    /// What a list may make.
+    /// Whether a list may make one.
     [[nodiscard]] bool mayBeIn(const TypeInfo& type) const;
     [[nodiscard]] FieldValue other(const FieldInfo& field, FieldValue value);
 

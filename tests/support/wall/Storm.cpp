@@ -39,7 +39,7 @@ std::string wallText(bool draws) {
     return text + "sync { late_frame: WAIT frame_deadline_ms: 2000 heartbeat_ms: 100 lost_after_ms: 800 }\n";
 }
 
-/// What the laws look at, in each scene.
+/// Nodes of each scene that the laws look at.
 std::string witnesses(bool still) {
     return fmt::format(
         "\nnode {{ name: \"tally\" transform {{}} }}\n"
@@ -143,7 +143,7 @@ std::string Storm::step(std::uint64_t seed) {
 }
 
 std::string Storm::doOne(Random& random) {
-    // Who has given up is started again, as a service is.
+    // A host that has given up is started again, as a service is.
     for (const auto& [name, host] : wall_->hosts())
         if (host->ended()) {
             const std::string again = name;

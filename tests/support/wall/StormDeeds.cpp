@@ -107,8 +107,8 @@ std::string Storm::hostFlaps(Step& step) {
     return fmt::format("host {} dies and comes back {} times", name, times);
 }
 
-/// Who has held the others up does so again when it has proved itself, by twice as many frames each time. Here it draws
-/// a few and hangs, again and again.
+/// The wall waits again for a host that held it up when that has proved itself, by twice as many frames each time. Here
+/// it draws a few and hangs, again and again.
 std::string Storm::hostFlapsAndHangs(const std::string& name) {
     constexpr int kTimes = 8, kMostLate = 5;
     std::string tile;

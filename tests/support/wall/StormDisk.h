@@ -26,7 +26,7 @@ public:
     [[nodiscard]] int sync(int file) override { return syncError != 0 ? syncError : FileSystem::sync(file); }
 };
 
-/// Overwrites, swaps, doubles or cuts a sector of one file of the folder. What it has done, in words.
+/// Overwrites, doubles or cuts a sector of one file of the folder. Returns its deed in words.
 [[nodiscard]] std::string damageSector(const std::filesystem::path& folder, Random& random);
 /// The folder is as this copy of it is, to the byte.
 void restoreFolder(const std::filesystem::path& folder, const std::filesystem::path& copy);

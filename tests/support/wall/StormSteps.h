@@ -1,4 +1,4 @@
-/// What the parts of a Storm share: a step under way, and its wall's names.
+/// Shared by the parts of a Storm: a step under way, and its wall's names.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace tessera::simulation {
 inline constexpr std::array kCullersCompared = {CullerKind::kNone, CullerKind::kMasked, CullerKind::kTwoPhase};
 inline constexpr const char* kFirst = "first";  ///< the application that looks at everything
 
-/// Of the screen that this culler draws whole.
+/// The name of the screen that this culler draws whole.
 [[nodiscard]] inline std::string screenOf(CullerKind culler) {
     return "whole-" + std::string(nameOf(culler));
 }

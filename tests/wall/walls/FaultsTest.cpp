@@ -1,4 +1,4 @@
-/// What happens to the others when one host goes: killed, silent, hung, corrupted, lying; and that it comes back.
+/// The others when one host goes: killed, silent, hung, corrupted, lying; and how it comes back.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -38,8 +38,8 @@ TEST(TestPictures, AreShownByEveryShippedWallTileByTile) {
 
 TEST(TestPictures, ComeAndGoOnAllTilesInOneFrame) {
     static constexpr std::uint64_t kFrames = 90;
-    enum class What : std::uint8_t { kScene, kStill, kCounted };
-    // Of each frame that all have shown.
+    enum class Content : std::uint8_t { kScene, kStill, kCounted };
+    // The pictures of each frame that was shown.
     const auto film = [](SimulatedWall& wall, const std::function<void(std::uint64_t)>& onFrame) {
         std::map<std::uint64_t, std::map<std::string, Picture>> pictures;
         const std::vector<Tile> tiles = layoutTiles(wall.wall());
@@ -71,18 +71,18 @@ TEST(TestPictures, ComeAndGoOnAllTilesInOneFrame) {
     const auto scenes = film(plain, {});
 
     int changes = 0, compared = 0;
-    What before = What::kScene;
+    Content before = Content::kScene;
     for (const auto& [frame, tiles] : pictures) {
-        std::map<std::string, What> what;
+        std::map<std::string, Content> what;
         for (const Tile& tile : layoutTiles(wall.wall())) {
             const auto shown = tiles.find(tile.name);
             if (shown == tiles.end()) continue;
-            what[tile.name] = shown->second == testPicture(wall.wall(), tile)                     ? What::kStill
-                              : shown->second == testPicture(wall.wall(), tile, {.frame = frame}) ? What::kCounted
-                                                                                                  : What::kScene;
-            // What is shown of the scene is what a wall shows that has never shown anything else.
+            what[tile.name] = shown->second == testPicture(wall.wall(), tile)                     ? Content::kStill
+                              : shown->second == testPicture(wall.wall(), tile, {.frame = frame}) ? Content::kCounted
+                                                                                                  : Content::kScene;
+            // The scene looks as on a wall that has shown nothing else.
             const auto other = scenes.find(frame);
-            if (what[tile.name] != What::kScene || other == scenes.end() || !other->second.contains(tile.name))
+            if (what[tile.name] != Content::kScene || other == scenes.end() || !other->second.contains(tile.name))
                 continue;
             EXPECT_TRUE(shown->second == other->second.at(tile.name)) << tile.name << " in frame " << frame;
             ++compared;
@@ -92,7 +92,7 @@ TEST(TestPictures, ComeAndGoOnAllTilesInOneFrame) {
         before = what.begin()->second;
     }
     EXPECT_EQ(changes, 5);
-    EXPECT_EQ(before, What::kScene);
+    EXPECT_EQ(before, Content::kScene);
     EXPECT_GT(compared, 20);
 }
 
