@@ -28,7 +28,7 @@ class SlowSockets(unittest.TestCase):
             for _ in range(pieces):
                 self.assertIn("answer", slow.read())
                 self.assertEqual(slow.read(), data)
-                time.sleep(1.25)
+                time.sleep(1.25)  # the slowness that is tested
             self.assertGreater(time.monotonic() - began, 65)
             slow.ask(pieces, "GetStatus")
             self.assertEqual(slow.read()["id"], pieces)

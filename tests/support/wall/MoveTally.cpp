@@ -55,7 +55,7 @@ void MoveTally::forgetQuestionsOf(const std::string& application) {
 std::string MoveTally::fault() {
     std::string fault;
     for (std::size_t i = 1; i < readings_.size() && fault.empty(); ++i) {
-        const Reading &before = readings_[i - 1], &now = readings_[i];
+        const TallyReading &before = readings_[i - 1], &now = readings_[i];
         int granted = 0;
         for (auto at = granted_.upper_bound(before.sequence); at != granted_.end() && at->first <= now.sequence; ++at)
             granted += at->second;
@@ -68,7 +68,7 @@ std::string MoveTally::fault() {
                 granted, before.sequence.value + 1, now.sequence.value, unknown_, now.at - before.at);
     }
     if (!readings_.empty()) {
-        const Reading last = readings_.back();
+        const TallyReading last = readings_.back();
         std::erase_if(granted_, [&](const auto& entry) { return entry.first <= last.sequence; });
         std::erase_if(steps_, [&](Sequence each) { return each <= last.sequence; });
         readings_ = {last};

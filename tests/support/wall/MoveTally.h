@@ -28,21 +28,21 @@ public:
     }
     [[nodiscard]] bool waits() const { return !asked_.empty(); }
     void answered(const std::string& application, std::uint64_t request, const Expected<ApplicationAnswer>& answer);
-    /// Its questions will not be answered any more. Empty: those of all.
+    /// Nobody will answer its questions. Empty: those of all.
     void forgetQuestionsOf(const std::string& application);
 
-    /// Compares what was granted with the lists since it was last asked. No answer is awaited any more. Empty: all is
+    /// Compares granted moves with the lists since the last call. No answer is awaited then. Empty: all is
     /// there.
     [[nodiscard]] std::string fault();
 
 private:
-    struct Reading {
+    struct TallyReading {
         Sequence sequence;
         double at = 0;
         bool whole = false;
     };
     ObjectId node_, core_;
-    std::vector<Reading> readings_;  ///< after each list
+    std::vector<TallyReading> readings_;  ///< after each list
     std::map<std::pair<std::string, std::uint64_t>, Asked> asked_;
     std::map<Sequence, int> granted_;  ///< moves, by the list that has them
     std::set<Sequence> steps_;

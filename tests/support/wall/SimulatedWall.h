@@ -191,7 +191,7 @@ public:
 
     /// The number of the frame that all tiles show. It looks twice in a millisecond at most.
     [[nodiscard]] std::optional<std::uint64_t> shownFrame() const;
-    /// The number of the frame that this tile shows; none: it has never shown one.
+    /// The number of the frame that this tile shows; none: it shows none yet.
     [[nodiscard]] std::optional<std::uint64_t> shownFrame(const std::string& tile) const;
     /// Runs until all tiles show this frame. The exact stitch of them; Violation: it was never shown by all.
     [[nodiscard]] Picture pictureOf(std::uint64_t frame, Duration atMost = std::chrono::seconds(60));

@@ -163,13 +163,14 @@ std::string Storm::doOne(Random& random) {
         if (auto* other = wall_->findApplication(guests_[random.below(guests_.size())]); other && !other->ended())
             speaker = other;
     }
-    Step step{random, *speaker,
-              RandomWords(random, there->scene(), {.files = files_, .untouched = untouched(), .still = options_.still}),
-              *wall_};
+    StepUnderWay step{
+        random, *speaker,
+        RandomWords(random, there->scene(), {.files = files_, .untouched = untouched(), .still = options_.still}),
+        *wall_};
     unsigned all = 0;
-    for (const Deed& deed : deeds()) all += deed.still || !options_.still ? deed.weight : 0;
+    for (const StormDeed& deed : deeds()) all += deed.still || !options_.still ? deed.weight : 0;
     std::uint64_t drawn = random.below(all);
-    for (const Deed& deed : deeds()) {
+    for (const StormDeed& deed : deeds()) {
         if (options_.still && !deed.still) continue;
         if (drawn < deed.weight) return (this->*deed.does)(step);
         drawn -= deed.weight;

@@ -26,8 +26,8 @@ void propose(SimulatedApplication& speaker, const ChangeList& list) {
 
 }  // namespace
 
-std::span<const Storm::Deed> Storm::deeds() {
-    static constexpr auto kDeeds = std::to_array<Deed>({
+std::span<const Storm::StormDeed> Storm::deeds() {
+    static constexpr auto kDeeds = std::to_array<StormDeed>({
         {2, &Storm::hostDies, true},
         {2, &Storm::hostHangs},
         {2, &Storm::hostIsCutOff},
@@ -68,7 +68,7 @@ std::string Storm::anyHost(Random& random) const {
 
 // ---- hosts
 
-std::string Storm::hostDies(Step& step) {
+std::string Storm::hostDies(StepUnderWay& step) {
     const std::string name = anyHost(step.random);
     wall_->killHost(name);
     step.world().runFor(step.random.between({}, 2s));
@@ -77,7 +77,7 @@ std::string Storm::hostDies(Step& step) {
     return "host " + name + " dies and comes back";
 }
 
-std::string Storm::hostHangs(Step& step) {
+std::string Storm::hostHangs(StepUnderWay& step) {
     const std::string name = anyHost(step.random);
     wall_->host(name).drawing().hang(true);
     step.world().runFor(step.random.between({}, 4s));
@@ -85,7 +85,7 @@ std::string Storm::hostHangs(Step& step) {
     return "host " + name + " does not draw for a while";
 }
 
-std::string Storm::hostIsCutOff(Step& step) {
+std::string Storm::hostIsCutOff(StepUnderWay& step) {
     const std::string name = anyHost(step.random);
     step.world().network().cutOff(name, true);
     step.world().runFor(step.random.between({}, 3s));
@@ -93,7 +93,7 @@ std::string Storm::hostIsCutOff(Step& step) {
     return "host " + name + " is cut off for a while";
 }
 
-std::string Storm::hostFlaps(Step& step) {
+std::string Storm::hostFlaps(StepUnderWay& step) {
     const std::string name = anyHost(step.random);
     if (options_.draws && step.random.below(2) == 0) return hostFlapsAndHangs(name);
     const std::uint64_t times = 2 + step.random.below(6);
@@ -134,7 +134,7 @@ std::string Storm::hostFlapsAndHangs(const std::string& name) {
     return fmt::format("host {} hangs and comes back {} times, and delays {} frames", name, kTimes, more);
 }
 
-std::string Storm::hostHasAFault(Step& step) {
+std::string Storm::hostHasAFault(StepUnderWay& step) {
     using enum Injection::Kind;
     constexpr std::array kKinds = {kDrawFail, kShowHang, kCorrupt, kLie};  // others sleep by the machine's clock
     const std::string name = anyHost(step.random);
@@ -149,7 +149,7 @@ std::string Storm::hostHasAFault(Step& step) {
 
 // ---- people, applications, machines
 
-std::string Storm::applicationComesOrLeaves(Step& step) {
+std::string Storm::applicationComesOrLeaves(StepUnderWay& step) {
     const std::string name = fmt::format("guest{}", step.random.below(4));
     forgetQuestionsOf(name);
     if (wall_->findApplication(name)) {
@@ -162,7 +162,7 @@ std::string Storm::applicationComesOrLeaves(Step& step) {
     return name + " comes";
 }
 
-std::string Storm::somebodyFlies(Step& step) {
+std::string Storm::somebodyFlies(StepUnderWay& step) {
     const std::string name = anyHost(step.random);
     InputState& state = inputs_[name];
     if (step.random.below(4) == 0) {
@@ -187,12 +187,12 @@ std::string Storm::somebodyFlies(Step& step) {
     return "keys, drags and sticks at the window of " + name;
 }
 
-std::string Storm::clockIsSet(Step& step) {
+std::string Storm::clockIsSet(StepUnderWay& step) {
     step.world().time().ahead += step.random.between(-3600s, 3600s);
     return "the calendar's clock is set";
 }
 
-std::string Storm::threadsAreShort(Step& step) {
+std::string Storm::threadsAreShort(StepUnderWay& step) {
     const ThreadShortage shortage;
     step.world().runFor(step.random.between({}, 1s));
     return "no thread can be started for a while";
@@ -212,7 +212,7 @@ void Storm::goOn() {
     follow();
 }
 
-std::string Storm::serverIsKilled(Step& step) {
+std::string Storm::serverIsKilled(StepUnderWay& step) {
     // All that was made until then has come to those who follow.
     if (step.random.below(2) == 0) step.world().runFor(100ms);
     killServer();
@@ -221,7 +221,7 @@ std::string Storm::serverIsKilled(Step& step) {
     return "the server is killed and goes on from its journal";
 }
 
-std::string Storm::journalIsDamaged(Step& step) {
+std::string Storm::journalIsDamaged(StepUnderWay& step) {
     killServer();
     const std::string journal = folder_ / "journal", copy = folder_ / "journal-copy";
     std::filesystem::remove_all(copy);
@@ -239,14 +239,14 @@ std::string Storm::journalIsDamaged(Step& step) {
     return "the server is killed, and the journal is damaged: " + what;
 }
 
-std::string Storm::diskIsFull(Step& step) {
+std::string Storm::diskIsFull(StepUnderWay& step) {
     disk_->error = step.random.below(2) == 0 ? ENOSPC : EIO;
     step.world().runFor(step.random.between({}, 2s));
     disk_->error = 0;
     return "the journal's disk takes nothing for a while";
 }
 
-std::string Storm::syncFails(Step& step) {
+std::string Storm::syncFails(StepUnderWay& step) {
     disk_->syncError = EIO;
     step.world().runFor(step.random.between({}, 2s));
     disk_->syncError = 0;
@@ -255,14 +255,14 @@ std::string Storm::syncFails(Step& step) {
 
 // ---- files
 
-std::string Storm::sceneFileChanges(Step&) {
+std::string Storm::sceneFileChanges(StepUnderWay&) {
     ++changes_;
     std::ofstream(folder_ / "scene.tsct", std::ios::app)
         << fmt::format("node {{ name: \"change{}\" transform {{ translation {{ y: {} }} }} }}\n", changes_, changes_);
     return "the scene's file is changed";
 }
 
-std::string Storm::modelFileChanges(Step& step) {
+std::string Storm::modelFileChanges(StepUnderWay& step) {
     const std::string model = folder_ / "models/lantern.tsct";
     const std::string whole = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/gallery/rooms/lantern.tsct";
     if (step.random.below(2) == 0) {
@@ -272,7 +272,7 @@ std::string Storm::modelFileChanges(Step& step) {
     return "a model's file is damaged: " + damageSector(folder_ / "models", step.random);
 }
 
-std::string Storm::fileIsLoaded(Step& step) {
+std::string Storm::fileIsLoaded(StepUnderWay& step) {
     request::LoadFile load;
     step.words.fill(load);
     if (step.random.below(8) != 0) load.path = files_[step.random.below(files_.size())];
@@ -286,7 +286,7 @@ std::string Storm::fileIsLoaded(Step& step) {
 
 // ---- edits
 
-std::string Storm::arraysAreUploaded(Step& step) {
+std::string Storm::arraysAreUploaded(StepUnderWay& step) {
     std::vector<Blob> arrays;
     for (std::uint64_t i = step.random.below(3); i > 0; --i) {
         Bytes bytes(step.random.below(5000));
@@ -298,17 +298,17 @@ std::string Storm::arraysAreUploaded(Step& step) {
     return fmt::format("an upload of {} arrays, and a proposal", arrays.size());
 }
 
-std::string Storm::undo(Step& step) {
+std::string Storm::undo(StepUnderWay& step) {
     tally_->asked(step.speaker.name(), step.speaker.say(request::UndoStep{}), MoveTally::Asked::kStep);
     return "undo";
 }
 
-std::string Storm::redo(Step& step) {
+std::string Storm::redo(StepUnderWay& step) {
     tally_->asked(step.speaker.name(), step.speaker.say(request::RedoStep{}), MoveTally::Asked::kStep);
     return "redo";
 }
 
-std::string Storm::tallyMoves(Step& step) {
+std::string Storm::tallyMoves(StepUnderWay& step) {
     const std::uint64_t times = 1 + step.random.below(3);
     for (std::uint64_t i = 0; i < times; ++i) {
         request::MoveNode move{.node = tally_->node()};
@@ -319,7 +319,7 @@ std::string Storm::tallyMoves(Step& step) {
     return fmt::format("the tally moves {} times", times);
 }
 
-std::string Storm::handIsThere(Step& step) {
+std::string Storm::handIsThere(StepUnderWay& step) {
     // At something, and led on: a drag that may end, or not.
     const Aspect& scene = first().scene();
     const auto place = [&] {
@@ -341,7 +341,7 @@ std::string Storm::handIsThere(Step& step) {
     return fmt::format("a hand grabs and drags {} times", drags);
 }
 
-std::string Storm::clockPlaysOrStands(Step& step) {
+std::string Storm::clockPlaysOrStands(StepUnderWay& step) {
     ChangeListBuilder list;
     const std::uint64_t what = step.random.below(5);
     if (what < 2)
@@ -354,12 +354,12 @@ std::string Storm::clockPlaysOrStands(Step& step) {
     return what < 2 ? "the clock stands" : what < 4 ? "the clock plays" : "the clock is set";
 }
 
-std::string Storm::changesAreProposed(Step& step) {
+std::string Storm::changesAreProposed(StepUnderWay& step) {
     propose(step.speaker, step.words.list());
     return "a proposal";
 }
 
-std::string Storm::nodeIsMoved(Step& step) {
+std::string Storm::nodeIsMoved(StepUnderWay& step) {
     request::MoveNode move;
     step.words.fill(move);
     move.node = step.words.anyNode();
@@ -368,7 +368,7 @@ std::string Storm::nodeIsMoved(Step& step) {
 }
 
 /// As people do: into another one, or a hand's breadth beside it. Bodies first, where there are some.
-std::string Storm::thingIsSetOnAnother(Step& step) {
+std::string Storm::thingIsSetOnAnother(StepUnderWay& step) {
     const Aspect& scene = first().scene();
     std::vector<ObjectId> bodies;
     for (const ObjectId id : scene.ids())
@@ -391,7 +391,7 @@ std::string Storm::thingIsSetOnAnother(Step& step) {
     return fmt::format("#{} is set on #{}", thing->value, other->value);
 }
 
-std::string Storm::nodeIsCloned(Step& step) {
+std::string Storm::nodeIsCloned(StepUnderWay& step) {
     request::CloneNode clone;
     step.words.fill(clone);
     clone.wish.node = step.words.anyNode();
@@ -399,14 +399,14 @@ std::string Storm::nodeIsCloned(Step& step) {
     return fmt::format("CloneNode #{}", clone.wish.node.value);
 }
 
-std::string Storm::nodeIsRemoved(Step& step) {
+std::string Storm::nodeIsRemoved(StepUnderWay& step) {
     const request::RemoveNode remove{.node = step.words.anyNode()};
     if (remove.node == kRootNode) return "nothing";
     (void)step.speaker.say(remove);
     return fmt::format("RemoveNode #{}", remove.node.value);
 }
 
-std::string Storm::anythingIsAsked(Step& step) {
+std::string Storm::anythingIsAsked(StepUnderWay& step) {
     ApplicationRequest request = step.words.request();
     if (auto* news = std::get_if<request::SubscribeNews>(&request); news && step.speaker.name() == kFirst)
         news->wanted.frames = true;

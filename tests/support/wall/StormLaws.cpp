@@ -140,7 +140,7 @@ std::string Storm::newcomerFault() {
 std::string Storm::undoFault() {
     constexpr int kMostSteps = 4000;
     World& world = wall_->world();
-    // None is asked any more, and all has been answered.
+    // Steps one after the other, each with its answer.
     const auto all = [&](const auto& request) {
         int count = 0;
         for (; count < kMostSteps; ++count) {

@@ -16,7 +16,7 @@ inline constexpr const char* kFirst = "first";  ///< the application that looks 
     return "whole-" + std::string(nameOf(culler));
 }
 
-struct Storm::Step {
+struct Storm::StepUnderWay {
     Random& random;
     SimulatedApplication& speaker;
     RandomWords words;
@@ -24,9 +24,9 @@ struct Storm::Step {
     SimulatedWall& wall;
 };
 
-struct Storm::Deed {
+struct Storm::StormDeed {
     unsigned weight = 1;  ///< how often it is drawn, to others
-    std::string (Storm::*does)(Step&);
+    std::string (Storm::*does)(StepUnderWay&);
     bool still = false;  ///< what it does to the scene can be undone
 };
 

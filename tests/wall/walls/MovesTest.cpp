@@ -14,7 +14,7 @@ namespace {
 class Moves : public testing::Test {
 protected:
     static constexpr int kTimes = 10;
-    struct Move {
+    struct RelativeMove {
         std::string node;
         Vec3d by;
     };
@@ -27,7 +27,7 @@ protected:
 
     /// One application for each, which all move kTimes, all at the same time. How often each was stopped.
     template <std::size_t kCount>
-    std::array<int, kCount> together(const std::array<Move, kCount>& moves) {
+    std::array<int, kCount> together(const std::array<RelativeMove, kCount>& moves) {
         std::array<int, kCount> stopped{};
         std::array<SimulatedApplication*, kCount> applications{};
         for (std::size_t i = 0; i < kCount; ++i) applications[i] = &wall_.application(fmt::format("mover{}", i));
@@ -54,7 +54,7 @@ protected:
 TEST_F(Moves, OfFourApplicationsAtOnceAllCountAndEachCanBeTakenBack) {
     const Vec3d before = wall_.placeOf("/row[0]");
     const auto steps = wall_.ask({"status"})["undo_depth"].get<int>();
-    const Move right{"/row[0]", Vec3d(1, 0, 0)};
+    const RelativeMove right{"/row[0]", Vec3d(1, 0, 0)};
     (void)together<4>({right, right, right, right});
     EXPECT_EQ(wall_.placeOf("/row[0]"), before + Vec3d(4 * kTimes, 0, 0));
     EXPECT_EQ(wall_.ask({"status"})["undo_depth"].get<int>(), steps + 4 * kTimes);
@@ -67,7 +67,7 @@ TEST_F(Moves, OfFourApplicationsAtOnceAllCountAndEachCanBeTakenBack) {
 TEST_F(Moves, OfFourApplicationsAtOnceTwoAreStoppedAndTheOthersAreNot) {
     wall_.tell({"move", "/carriage", "-4", "0.5", "0"});
     const Vec3d before = wall_.placeOf("/row[1]");
-    const Move push{"/carriage", Vec3d(1, 0, 0)}, lift{"/row[1]", Vec3d(0, 1, 0)};
+    const RelativeMove push{"/carriage", Vec3d(1, 0, 0)}, lift{"/row[1]", Vec3d(0, 1, 0)};
     const std::array<int, 4> stopped = together<4>({push, lift, push, lift});
     EXPECT_GT(stopped[0], 0);
     EXPECT_GT(stopped[2], 0);

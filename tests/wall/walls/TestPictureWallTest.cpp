@@ -1,4 +1,4 @@
-/// The test picture on whole walls: every shipped one, tile by tile; and all tiles change in one frame.
+/// The test picture on whole walls: on the shipped ones tile by tile; and all tiles change in one frame.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
