@@ -36,7 +36,7 @@ TESTS = {
     "session of TLS": [("TlsChannel.RevokedSerialsLetNobodyIn",)],
     "token by which the console": [("LocalLinks.TheConsolesOwnTokenIsAnotherInEachRun",)],
     "token that joins": [("ServerJoin.ATokenEndsWithItsControlConnection",)],
-    "token in a browser": [("page.test_a_token_that_counts_no_more_is_asked_for_on_the_page",
+    "token in a browser": [("page_scene.test_a_token_that_counts_no_more_is_asked_for_on_the_page",
                             "page_panel.test_a_token_that_is_taken_back_says_so")],
 }
 
@@ -78,7 +78,7 @@ class Secrets(unittest.TestCase):
         for secret, entries in TESTS.items():
             for tests in entries:
                 for test in tests:
-                    self.assertIn(test, found, secret)
+                    self.assertTrue(test in found, f"{secret}: there is no test {test}")
 
 
 if __name__ == "__main__":
