@@ -17,6 +17,7 @@
 #include "client/replica/HostProgram.h"
 #include "client/replica/LifeLine.h"
 #include "common/access/LocalWalls.h"
+#include "common/base/RunProgram.h"
 #include "common/base/Version.h"
 #include "common/options/Options.h"
 #include "common/tls/KeyRing.h"
@@ -187,9 +188,7 @@ Expected<void> serve(const Arguments& arguments, Log& log) {
     return runHost(options, log);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
     ServiceNotifier service = ServiceNotifier::ofThisProcess();
     Arguments arguments{.service = &service};
     Options options(
@@ -295,4 +294,10 @@ int main(int argc, char** argv) {
     if (served) return 0;
     Log("tessera-client").error(served.error().message);
     return exitCode(served.error().code);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return runProgram("tessera-client", [&] { return run(argc, argv); });
 }

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "common/base/Log.h"
+#include "common/base/RunProgram.h"
 #include "common/base/ServiceNotifier.h"
 #include "common/confine/Confinement.h"
 #include "common/tls/KeyRing.h"
@@ -187,9 +188,7 @@ Expected<void> serve(const ServerArguments& arguments, ServiceNotifier& service,
     return loop.run();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
     keepBlocks();
     ServiceNotifier service = ServiceNotifier::ofThisProcess();
     ServerArguments arguments;
@@ -200,4 +199,10 @@ int main(int argc, char** argv) {
     if (served) return 0;
     log.error(served.error().message);
     return exitCode(served.error().code);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return runProgram("tessera-server", [&] { return run(argc, argv); });
 }

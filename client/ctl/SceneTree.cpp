@@ -1,6 +1,7 @@
 #include "client/ctl/SceneTree.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "client/ctl/Answer.h"
 #include "client/ctl/FieldText.h"

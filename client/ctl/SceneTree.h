@@ -1,7 +1,7 @@
 /// The tree of nodes for people and programs.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <string>
 

@@ -1,5 +1,7 @@
 #include "client/ctl/WireText.h"
 
+#include <nlohmann/json.hpp>
+
 #include <array>
 
 #include "common/base/Blob.h"

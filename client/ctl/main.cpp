@@ -2,8 +2,11 @@
 #include <cstdio>
 
 #include "client/ctl/Verbs.h"
+#include "common/base/RunProgram.h"
 
-int main(int argc, char** argv) {
+namespace {
+
+int run(int argc, char** argv) {
     const tessera::CtlOutcome outcome = tessera::runCtl({argv + 1, argv + argc}, [](const std::string& lines) {
         std::fwrite(lines.data(), 1, lines.size(), stdout);
         std::fflush(stdout);
@@ -11,4 +14,10 @@ int main(int argc, char** argv) {
     std::fwrite(outcome.out.data(), 1, outcome.out.size(), stdout);
     std::fwrite(outcome.err.data(), 1, outcome.err.size(), stderr);
     return outcome.exitCode;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return tessera::runProgram("tessera-ctl", [&] { return run(argc, argv); });
 }

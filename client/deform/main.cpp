@@ -8,6 +8,7 @@
 
 #include "client/deform/ControlPoints.h"
 #include "common/application/Application.h"
+#include "common/base/RunProgram.h"
 #include "common/base/Version.h"
 #include "common/options/Options.h"
 
@@ -139,5 +140,5 @@ int main(int argc, char** argv) {
         fmt::print("{}", **instead);
         return 0;
     }
-    return run(options);
+    return runProgram("tessera-deform", [&] { return run(options); });
 }

@@ -14,11 +14,13 @@
 #include <filesystem>
 #include <iterator>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "common/access/ChosenTokens.h"
 #include "common/access/WallProtection.h"
 #include "common/base/FileHandle.h"
+#include "common/base/Hash.h"
 #include "common/net/OwnAddress.h"
 
 namespace tessera {
@@ -79,6 +81,18 @@ std::string fileName(const std::string& wall) {
     for (char& c : name)
         if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_') c = '_';
     return name.empty() ? "_" : name;
+}
+
+/// As people read it, in one line.
+std::string wallLine(const std::string& wall) {
+    std::string line = wall.substr(0, 256);
+    for (char& c : line)
+        if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+    return line;
+}
+/// By which walls are told apart whose lines and files are called alike.
+std::string wallMark(const std::string& wall) {
+    return fmt::format("{:016x}", hash64(std::as_bytes(std::span(wall))));
 }
 
 /// Lines "word rest", the last one "end": what is torn is as if it were not there.
@@ -190,12 +204,15 @@ int openOwn(const std::string& path, int flags, uid_t owner = geteuid()) {
     return -1;
 }
 
+/// Of tasks without a session. One for all of them: a variable of one task names no place that others know.
+std::string folderOfTasks() {
+    return fmt::format("/tmp/tessera-{}", geteuid());
+}
+
 std::string pathOfRunFolder() {
     const std::string base = baseFolder();
     if (!base.empty()) return base + "/tessera";
-    std::error_code error;
-    const std::filesystem::path temporary = std::filesystem::temp_directory_path(error);
-    return (error ? std::filesystem::path("/tmp") : temporary) / fmt::format("tessera-{}", geteuid());
+    return folderOfTasks();
 }
 
 /// A folder of this user alone.
@@ -253,10 +270,7 @@ Expected<std::vector<std::string>> runFolders() {
     std::vector<std::string> folders{*own};
     const std::string users = fmt::format("/run/user/{}", geteuid());
     if (const std::string base = baseFolder(); !base.empty() && base != users) return folders;
-    std::error_code error;
-    const std::filesystem::path temporary = std::filesystem::temp_directory_path(error);
-    const std::string ofTask = fmt::format("tessera-{}", geteuid());
-    for (const std::string& folder : {users + "/tessera", (temporary / ofTask).string(), "/tmp/" + ofTask}) {
+    for (const std::string& folder : {users + "/tessera", folderOfTasks()}) {
         struct stat info {};
         if (std::ranges::find(folders, folder) == folders.end() && lstat(folder.c_str(), &info) == 0 &&
             isOwnFolder(info))
@@ -439,10 +453,19 @@ Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const LocalWallWi
         const int file = openOwn(path, alike ? O_RDWR : O_RDWR | O_CREAT);
         if (file < 0 && alike && errno == ENOENT) continue;
         if (file < 0) return tl::unexpected(systemError("what this user's programs read", path));
-        const std::map<std::string, std::string> left = readLines(file);
-        const auto isLeft = [&](const char* word) { return left.contains(word) && left.at(word) == wish.listen; };
-        const bool fits = alike ? isLeft("listen") || isLeft("server") : left.empty() || place > 2 * kMostPlaces;
-        if (!fits || !lockIt(file)) {  // another one of this wall runs there
+        // Read again once it is locked: until then another server may have taken it.
+        const auto isAlike = [&](const std::map<std::string, std::string>& left) {
+            const auto isLeft = [&](const char* word) { return left.contains(word) && left.at(word) == wish.listen; };
+            // Earlier versions left no mark.
+            const bool isWalls = left.contains("mark") ? left.at("mark") == wallMark(wish.wall)
+                                                       : lineIn(left, "wall") == wallLine(wish.wall);
+            return isWalls && (isLeft("listen") || isLeft("server"));
+        };
+        const auto fits = [&] {
+            const std::map<std::string, std::string> left = readLines(file);
+            return alike ? isAlike(left) : left.empty() || place > 2 * kMostPlaces;
+        };
+        if (!fits() || !lockIt(file) || !fits()) {  // another one runs there
             close(file);
             continue;
         }
@@ -450,8 +473,8 @@ Expected<std::unique_ptr<LocalWallPlace>> LocalWallPlace::take(const LocalWallWi
         taken->path_ = path;
         taken->listen_ = wish.listen;
         taken->file_ = file;
-        for (const char c : wish.wall) taken->wall_ += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-        taken->wall_ = taken->wall_.substr(0, 256);
+        taken->wall_ = wallLine(wish.wall);
+        taken->mark_ = wallMark(wish.wall);
         const std::map<std::string, std::string> before =
             alike ? readLines(file) : std::map<std::string, std::string>();
         taken->takeTokens(before, wish);
@@ -495,7 +518,7 @@ Expected<void> LocalWallPlace::tell(const Address& server, const std::optional<A
 }
 
 Expected<void> LocalWallPlace::write() const {
-    std::string text = fmt::format("wall {}\nlisten {}\n", wall_, listen_);
+    std::string text = fmt::format("wall {}\nmark {}\nlisten {}\n", wall_, mark_, listen_);
     if (server_) text += fmt::format("server {}\n", toString(*server_));
     if (console_) text += fmt::format("console {}\n", toString(*console_));
     if (!authority_.empty()) text += fmt::format("authority {}\n", authority_);

@@ -109,7 +109,7 @@ private:
     void takeTokens(const std::map<std::string, std::string>& before, const LocalWallWish& wish);
     [[nodiscard]] Expected<void> write() const;
 
-    std::string path_, wall_, listen_, authority_, protection_;
+    std::string path_, wall_, mark_, listen_, authority_, protection_;
     AccessTokens tokens_;
     std::string chosen_;  ///< the operator's token, where a person chose it; empty: nobody did
     std::optional<Address> server_, console_;

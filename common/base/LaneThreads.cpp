@@ -6,14 +6,22 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/StartThread.h"
+
 namespace tessera {
 
 LaneThreads::LaneThreads(const LaneOptions& options) {
-    for (std::size_t i = 0; i < std::max<std::size_t>(1, options.width); ++i)
-        threads_.emplace_back([this, nice = options.nice] {
-            if (nice != 0) (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), nice);
-            run();
-        });
+    const auto serve = [this, nice = options.nice] {
+        if (nice != 0) (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), nice);
+        run();
+    };
+    threads_.emplace_back(serve);
+    // Where the machine has no room for all of them those that there are do the work.
+    for (std::size_t i = 1; i < options.width; ++i) {
+        std::thread another = startThread(serve);
+        if (!another.joinable()) return;
+        threads_.push_back(std::move(another));
+    }
 }
 
 LaneThreads::~LaneThreads() {

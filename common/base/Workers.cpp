@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/Error.h"
+#include "common/base/StartThread.h"
 
 namespace tessera {
 
@@ -57,7 +58,7 @@ struct Workers::State {
     std::atomic<bool> callerSleeps{false};
     std::mutex mutex;
     std::condition_variable work, finished;
-    std::vector<std::jthread> threads;
+    std::vector<std::thread> threads;
 
     [[nodiscard]] bool workLeft() const { return (ticket.load() & kLeftMask) != 0 || stop.load(); }
 
@@ -91,7 +92,12 @@ struct Workers::State {
 };
 
 Workers::Workers(unsigned threads) : state_(std::make_unique<State>()) {
-    for (unsigned i = 1; i < threads; ++i) state_->threads.emplace_back([state = state_.get()] { state->serve(); });
+    // Where the machine has no room for all of them those that there are do the work.
+    for (unsigned i = 1; i < threads; ++i) {
+        std::thread another = startThread([state = state_.get()] { state->serve(); });
+        if (!another.joinable()) return;
+        state_->threads.push_back(std::move(another));
+    }
 }
 
 Workers::~Workers() {
@@ -100,7 +106,7 @@ Workers::~Workers() {
         state_->stop.store(true);
     }
     state_->work.notify_all();
-    state_->threads.clear();
+    for (std::thread& thread : state_->threads) thread.join();
 }
 
 unsigned Workers::threads() const {

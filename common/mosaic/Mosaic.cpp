@@ -100,10 +100,13 @@ Expected<Mosaic> stitch(const Wall& wall, const answer::Images& images) {
     mosaic.missing = std::move(parts->missing);
     PictureSheet sheet(parts->width, parts->height, 0);
     for (const Parts::Part& part : parts->parts) {
+        // Before it is unpacked: a small file may be of very many pixels.
+        const Expected<PngRowReader> head = PngRowReader::open(part.image->png);
+        if (!head) return failWith(nameOf(part), head.error());
+        const Expected<void> sound = checkSize(part, head->widthPx(), head->heightPx());
+        if (!sound) return tl::unexpected(sound.error());
         const Expected<DecodedPng> png = decodePng(part.image->png);
         if (!png) return failWith(nameOf(part), png.error());
-        const Expected<void> sound = checkSize(part, png->picture.widthPx, png->picture.heightPx);
-        if (!sound) return tl::unexpected(sound.error());
         sheet.paste(png->picture, part.x, part.y);
     }
     mosaic.picture = std::move(sheet).take();

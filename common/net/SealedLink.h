@@ -28,17 +28,18 @@ public:
     std::atomic<bool> over{false};  ///< the link is closed: nobody needs its handshake any more
 
     /// Seals what comes next in the queue, until 256 KiB are to be sent. Small pieces go together: each record has a
-    /// price.
-    void sealMore(SendQueue& queue) {
+    /// price. Errors: of `TlsChannel::seal`.
+    [[nodiscard]] Expected<void> sealMore(SendQueue& queue) {
         constexpr std::size_t kAtOnce = std::size_t{256} << 10;
         while (channel.outgoing().size() < kAtOnce) {
             if (at_ == pieces_.size()) {
-                if (queue.writing() || queue.empty()) return;
+                if (queue.writing() || queue.empty()) return {};
                 pieces_ = queue.next();
                 at_ = offset_ = 0;
             }
-            sealRecord();
+            if (Expected<void> sealed = sealRecord(); !sealed) return sealed;
         }
+        return {};
     }
     /// All that the queue has given is sealed.
     [[nodiscard]] bool drained() const { return at_ == pieces_.size(); }
@@ -46,20 +47,21 @@ public:
 private:
     static constexpr std::size_t kRecord = 16 * 1024;
 
-    void sealRecord() {
+    [[nodiscard]] Expected<void> sealRecord() {
         std::size_t filled = 0;
         while (at_ < pieces_.size() && filled < kRecord) {
             const ByteSpan rest = pieces_[at_].subspan(offset_);
             if (filled == 0 && rest.size() >= kRecord) {
-                channel.seal(rest.first(kRecord));
-                return go(kRecord);
+                Expected<void> sealed = channel.seal(rest.first(kRecord));
+                go(kRecord);
+                return sealed;
             }
             const ByteSpan part = rest.first(std::min(rest.size(), kRecord - filled));
             std::ranges::copy(part, record_.begin() + static_cast<std::ptrdiff_t>(filled));
             filled += part.size();
             go(part.size());
         }
-        channel.seal(ByteSpan(record_).first(filled));
+        return channel.seal(ByteSpan(record_).first(filled));
     }
     void go(std::size_t bytes) {
         offset_ += bytes;

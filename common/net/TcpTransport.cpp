@@ -16,9 +16,7 @@ void TcpTransport::end() {
     if (!impl_->thread.joinable()) return;
     asio::post(impl_->io, [impl = impl_.get()] { impl->endAll(); });
     impl_->thread.join();
-    impl_->handshakesOver = true;
-    impl_->handshakes.close();
-    if (impl_->shaker.joinable()) impl_->shaker.join();
+    impl_->endHandshakes();
 }
 
 bool TcpTransport::attend(TimePoint until) {

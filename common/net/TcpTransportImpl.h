@@ -72,7 +72,17 @@ struct TcpTransport::Impl {
                 }
             });
         }
-        thread.start(limits.onThread);
+        try {
+            thread.start(limits.onThread);
+        } catch (...) {
+            endHandshakes();
+            throw;
+        }
+    }
+    void endHandshakes() {
+        handshakesOver = true;
+        handshakes.close();
+        if (shaker.joinable()) shaker.join();
     }
 
     /// Runs on any thread. When it is nobody's turn the caller writes, so that nobody needs to be woken for it.

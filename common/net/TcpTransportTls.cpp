@@ -113,7 +113,8 @@ void TcpTransport::Impl::writeSealed(const LinkPtr& link) {
     if (sealed.shaking || sealed.writing || link->state == TransportLinkState::kClosed) return;
     for (;;) {
         if (sealed.channel.ready() && !sealed.ended) {
-            sealed.sealMore(link->queue);
+            if (const Expected<void> more = sealed.sealMore(link->queue); !more)
+                return finish(link, more.error().message, more.error().code);
             if (link->state == TransportLinkState::kClosing && link->queue.empty()) {
                 sealed.ended = true;
                 sealed.channel.end();

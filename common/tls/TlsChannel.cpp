@@ -290,7 +290,11 @@ Expected<std::size_t> TlsChannel::read(std::span<std::byte> room) {
     impl_->wires.content += count;
     if (done == 1) return count;
     const int why = SSL_get_error(impl_->ssl.get(), done);
-    if (why == SSL_ERROR_WANT_READ || why == SSL_ERROR_WANT_WRITE) return 0;
+    if (why == SSL_ERROR_WANT_READ || why == SSL_ERROR_WANT_WRITE) {
+        // Until the rest has come nothing could be sealed. Whom we know sends such a message in one piece.
+        if (SSL_in_init(impl_->ssl.get()) == 0) return 0;
+        return tl::unexpected(network("a message of TLS itself comes in pieces (TLS 1.3)"));
+    }
     if (impl_->wires.tooMany()) return tl::unexpected(network("the peer changes its keys again and again (TLS 1.3)"));
     if (why == SSL_ERROR_ZERO_RETURN) {
         peerEnded_ = true;
@@ -303,13 +307,13 @@ Expected<std::size_t> TlsChannel::read(std::span<std::byte> room) {
                               : network(fmt::format("what came is not what was sent (TLS 1.3: {})", words)));
 }
 
-void TlsChannel::seal(ByteSpan bytes) {
-    if (bytes.empty()) return;
+Expected<void> TlsChannel::seal(ByteSpan bytes) {
+    if (bytes.empty()) return {};
     ERR_clear_error();
     std::size_t sealed = 0;
     // The wire takes all that it is given.
-    TESSERA_CHECK(SSL_write_ex(impl_->ssl.get(), bytes.data(), bytes.size(), &sealed) == 1 && sealed == bytes.size(),
-                  "OpenSSL does not seal");
+    if (SSL_write_ex(impl_->ssl.get(), bytes.data(), bytes.size(), &sealed) == 1 && sealed == bytes.size()) return {};
+    return tl::unexpected(network(fmt::format("nothing more can be sent (TLS 1.3: {})", openSslWords())));
 }
 
 void TlsChannel::end() {

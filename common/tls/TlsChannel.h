@@ -31,15 +31,16 @@ public:
     /// `outgoing`, an alert too.
     [[nodiscard]] Expected<void> shake();
     [[nodiscard]] bool ready() const { return ready_; }
-    /// Into `room`; returns how many bytes, zero: more have to arrive. kNetwork: they are no TLS, or keys are changed
-    /// more often than content asks for (64 messages of TLS itself are free, and one with each MiB).
+    /// Into `room`; returns how many bytes, zero: more have to arrive. kNetwork: they are no TLS, a message of TLS
+    /// itself comes in pieces, or keys are changed more often than content asks for (64 messages of TLS itself are
+    /// free, and one with each MiB).
     [[nodiscard]] Expected<std::size_t> read(std::span<std::byte> room);
     /// The peer has said that it sends nothing more.
     [[nodiscard]] bool peerEnded() const { return peerEnded_; }
     /// What has arrived and was not read is copied: its place may go.
     void keep();
-    /// Once ready: seals bytes into `outgoing`.
-    void seal(ByteSpan bytes);
+    /// Once ready: seals bytes into `outgoing`. kNetwork: after what the peer has sent nothing more can be.
+    [[nodiscard]] Expected<void> seal(ByteSpan bytes);
     /// Nothing more will be sealed: says so to the peer.
     void end();
     /// What is to be sent, in order. Whoever sends it takes it away.

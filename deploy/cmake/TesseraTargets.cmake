@@ -54,10 +54,19 @@ if(TESSERA_SYNTAX_ONLY)
   set(CMAKE_CXX_ARCHIVE_FINISH "<CMAKE_COMMAND> -E true")
 endif()
 
+# Files of one module or test are compiled together, so that what headers bring is worked out once for all of them. With
+# g++, and where the sanitizers run: each file alone under clang (run-tests --all=clang) finds what a file forgets to
+# include itself. OFF makes single files quicker to compile again.
+set(unite OFF)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" OR TESSERA_SANITIZE)
+  set(unite ON)
+endif()
+option(TESSERA_UNITY "Compile the files of a module together" ${unite})
+
 # Headers of others are read once for all modules and once for all tests: of a test's compile time more than half was
-# theirs. Only g++ does so: the build with clang finds what a file forgets to include itself.
+# theirs.
 set(TESSERA_PRECOMPILE OFF)
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" OR TESSERA_UNITY)
   set(TESSERA_PRECOMPILE ON)
   set(CMAKE_PCH_WARN_INVALID ON)
   set(tessera_headers <Eigen/Core> <Eigen/Geometry> <tl/expected.hpp> <algorithm> <array> <atomic> <bit> <chrono>
@@ -66,10 +75,6 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "int main() {}\n")
 endif()
 
-# Files of one module or test are compiled together, so that what headers bring is worked out once for all of them. With
-# g++ only: the build with clang finds what a file forgets to include itself. OFF makes single files quicker to compile
-# again.
-option(TESSERA_UNITY "Compile the files of a module together" ${TESSERA_PRECOMPILE})
 function(tessera_unite name)
   if(TESSERA_UNITY)
     set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 40)
@@ -256,10 +261,11 @@ function(tessera_reuse_headers_for_tests name)
   endif()
 endfunction()
 
-# tessera_entry(NAME COMMAND … [SHARDS n] [FILTER filter] [PROPERTIES …]): one entry of ctest, or as many as there
-# are shards (tests/support/run-entry). What servers leave for their user's programs lies in the build folder.
+# tessera_entry(NAME COMMAND … [SHARDS n [SUITES]] [FILTER filter] [PROPERTIES …]): one entry of ctest, or as many as
+# there are shards (tests/support/run-entry). SUITES: no suite is in two of them. What servers leave for their user's
+# programs lies in the build folder.
 function(tessera_entry name)
-  cmake_parse_arguments(ARG "" "SHARDS;FILTER" "COMMAND;PROPERTIES" ${ARGN})
+  cmake_parse_arguments(ARG "SUITES" "SHARDS;FILTER" "COMMAND;PROPERTIES" ${ARGN})
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/run)
   set(run ${CMAKE_SOURCE_DIR}/tests/support/run-entry)
   set(entries ${name})
@@ -276,6 +282,9 @@ function(tessera_entry name)
     if(ARG_SHARDS)
       set(part --shard ${index}/${ARG_SHARDS})
     endif()
+    if(ARG_SUITES)
+      list(APPEND part --suites)
+    endif()
     if(ARG_FILTER)
       list(APPEND part "--filter=${ARG_FILTER}")
     endif()
@@ -288,12 +297,12 @@ function(tessera_entry name)
   endforeach()
 endfunction()
 
-# tessera_test(NAME FOLDER LINK … [SHARDS n] [LOCK resource] [WORLD filter [WORLD_SHARDS n]]): one executable of all
+# tessera_test(NAME FOLDER LINK … [SHARDS n [SUITES]] [LOCK resource] [WORLD filter [WORLD_SHARDS n]]): one executable of all
 # .cpp files of a folder below tests/, and entries of ctest that run it, each at most a minute of the processor. LOCK:
 # what its tests share with those of other entries. WORLD: tests of run-tests --all alone (label world). Time-outs:
 # tests/times.txt.
 function(tessera_test name folder)
-  cmake_parse_arguments(ARG "" "SHARDS;LOCK;WORLD;WORLD_SHARDS" "LINK;DEFINE" ${ARGN})
+  cmake_parse_arguments(ARG "SUITES" "SHARDS;LOCK;WORLD;WORLD_SHARDS" "LINK;DEFINE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   if(NOT sources)
     return()
@@ -317,10 +326,15 @@ function(tessera_test name folder)
     set(lock RESOURCE_LOCK ${ARG_LOCK})
   endif()
   set(others)
+  set(suites)
+  if(ARG_SUITES)
+    set(suites SUITES)
+  endif()
   if(ARG_WORLD)
-    tessera_entry(${name}.world COMMAND $<TARGET_FILE:${name}> SHARDS ${ARG_WORLD_SHARDS} FILTER "${ARG_WORLD}"
-      PROPERTIES LABELS world ${lock})
+    tessera_entry(${name}.world COMMAND $<TARGET_FILE:${name}> SHARDS ${ARG_WORLD_SHARDS} ${suites}
+      FILTER "${ARG_WORLD}" PROPERTIES LABELS world ${lock})
     set(others FILTER "-${ARG_WORLD}")
   endif()
-  tessera_entry(${name} COMMAND $<TARGET_FILE:${name}> SHARDS ${ARG_SHARDS} ${others} PROPERTIES ${lock})
+  tessera_entry(${name} COMMAND $<TARGET_FILE:${name}> SHARDS ${ARG_SHARDS} ${suites} ${others} PROPERTIES
+    ${lock})
 endfunction()

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "common/base/RunProgram.h"
 #include "common/base/ShippedFiles.h"
 #include "common/base/Version.h"
 #include "common/options/Options.h"
@@ -205,5 +206,5 @@ int main(int argc, char** argv) {
         console.error(signals.error().message);
         return exitCode(signals.error().code);
     }
-    return launch(options, *signals, console);
+    return runProgram("tessera-wall", [&] { return launch(options, *signals, console); });
 }

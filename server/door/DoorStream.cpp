@@ -115,7 +115,10 @@ struct DoorStream::Impl : std::enable_shared_from_this<DoorStream::Impl> {
         written = bytes.size();
         if (broken && broken != asio::error::eof) return writeLater(broken);
         if (bytes.empty() || ending) return writeLater(bytes.empty() ? Error() : Error(asio::error::shut_down));
-        channel->seal(bytes);
+        if (!channel->seal(bytes)) {
+            broken = asio::error::connection_reset;
+            return writeLater(broken);
+        }
         flush();
     }
     void writeLater(Error error) {
@@ -246,7 +249,7 @@ void DoorStream::endSending() {
 void DoorStream::sayLast(std::string_view text, bool plain) {
     Error ignored;
     if (impl_->ready && !impl_->ending && !impl_->broken) {
-        impl_->channel->seal(std::as_bytes(std::span(text)));
+        (void)impl_->channel->seal(std::as_bytes(std::span(text)));  // who cannot be told is hung up on all the same
         impl_->channel->end();
         impl_->ending = true;
         impl_->sayNow();

@@ -24,6 +24,7 @@
 #include <utility>
 
 #include "common/base/Bytes.h"
+#include "common/base/Clock.h"
 #include "common/tls/TlsContext.h"
 
 namespace tessera {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <exception>
 #include <thread>
 
 #include "common/application/Connection.h"
@@ -84,7 +85,14 @@ void SceneCopies::ask(const Address& server, const std::string& word, SceneEncod
     const auto work = [options, encoding, folder, this] {
         Expected<std::shared_ptr<const AnswerFile>> made = fail(ErrorCode::kFailed, "nothing was made");
         // Its heap goes with it.
-        std::thread apart = startThread([&] { standBehindFrames(), made = copied(options, encoding, folder, stops_); });
+        std::thread apart = startThread([&] {
+            standBehindFrames();
+            try {
+                made = copied(options, encoding, folder, stops_);
+            } catch (const std::exception& shortage) {  // of threads, descriptors or memory
+                made = fail(ErrorCode::kLimit, fmt::format("the machine has no room for it: {}", shortage.what()));
+            }
+        });
         if (!apart.joinable()) return made = fail(ErrorCode::kLimit, kNoThread);
         apart.join();
         return made;

@@ -114,8 +114,10 @@ private:
         const bool moved = std::exchange(stream_.next_layer().progress().moved, false);
         quiet_ = moved || waitsForUs ? 0 : quiet_ + 1;
         if (quiet_ == kLooks) return leave();
-        if (quiet_ == kLooks / 2)
+        // A second one behind one that waits would take its place in the library, and who waits for it would stay.
+        if (quiet_ == kLooks / 2 && !std::exchange(pinging_, true))
             stream_.async_ping({}, [self = shared_from_this()](beast::error_code) {
+                self->pinging_ = false;
                 self->stream_.next_layer().progress().moved = false;  // that was the ping
             });
         lookLater();
@@ -394,7 +396,8 @@ private:
 
     websocket::stream<DoorStream> stream_;
     boost::asio::steady_timer clock_;
-    int quiet_ = 0;  ///< so often it has neither said nor taken anything
+    int quiet_ = 0;         ///< so often it has neither said nor taken anything
+    bool pinging_ = false;  ///< a ping is on its way, or waits behind what is
     DoorContext& context_;
     RateLimit rate_;
     std::string name_;

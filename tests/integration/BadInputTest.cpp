@@ -1,5 +1,6 @@
 /// Each wrong file, wall or option gives one clear message and the right exit code.
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <seccomp.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -143,6 +144,37 @@ TEST_F(BadInput, WhereTheKernelHasNoLandlockAWallRunsAndNoFileIsRead) {
         const bool ended = server.waitForExit(20s) == 0;
         (void)client.waitForExit(20s);
         ::_exit(warned && refused && status.exitCode == 0 && ended ? 0 : 1);
+    }
+    int outcome = 0;
+    ::waitpid(pid, &outcome, 0);
+    EXPECT_EQ(outcome, 0);
+}
+
+TEST_F(BadInput, WhereNoThreadCanStartEachProgramSaysSo) {
+    const std::string output = folder_.path() + "/out";
+    const std::vector<std::vector<std::string>> commands{
+        {program("tessera-server"), "--wall", "1x1", "--scene", kYard},
+        {program("tessera-client"), "--server", "127.0.0.1:1", "--host", "all", "--surface", "none"},
+        {program("tessera-ctl"), "--server", "127.0.0.1:1", "status"},
+        {program("tessera-wall"), "--wall", "1x1", "--scene", kYard, "--frames", "1", "--output", output}};
+    const pid_t pid = ::fork();
+    if (pid == 0) {
+        // Of all that this fork starts a process may begin, and no thread. What clone3 asks for a filter cannot see.
+        ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+        const scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
+        seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);
+        seccomp_rule_add(filter, SCMP_ACT_ERRNO(EAGAIN), SCMP_SYS(clone), 1,
+                         SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD));
+        if (seccomp_load(filter) != 0) ::_exit(9);
+        int wrong = 0;
+        for (const std::vector<std::string>& command : commands) {
+            const Outcome told = run(folder_.path(), command, 60s);
+            if (told.exitCode == 1 && told.output.find("the machine has no room for it: ") != std::string::npos)
+                continue;
+            std::fprintf(stderr, "%s: exit code %d: %s", command[0].c_str(), told.exitCode, told.output.c_str());
+            ++wrong;
+        }
+        ::_exit(wrong);
     }
     int outcome = 0;
     ::waitpid(pid, &outcome, 0);

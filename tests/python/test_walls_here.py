@@ -93,7 +93,7 @@ class WallsHere(unittest.TestCase):
                 "$2/tessera-server" --group games --no-console \\
                 --scene "$3" >server.log 2>&1 &
             for _ in $(seq 600); do ! grep -q "token file" server.log || break; sleep 0.1; done
-            export TMPDIR="$1"
+            mount -t tmpfs -o mode=1777 tmpfs /tmp
             ask() { setpriv --reuid=12345 --regid=12345 "$@" 2>&1 || true; }
             ask --groups=games "$2/tessera-ctl" whoami
             ask --groups=games /usr/bin/python3 -c 'import tessera; print(tessera.connect().whoami().role)'

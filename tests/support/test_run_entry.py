@@ -45,6 +45,13 @@ class RunEntry(unittest.TestCase):
         code, said = self.run_it("echo '[==========] Running 0 tests from 0 test suites.'", "--shard", "0/1")
         self.assertEqual((code, said.splitlines()[-1]), (1, "FAILED entry: it ran no test"))
 
+    def test_no_suite_is_cut_in_two(self):
+        script = ('case "$*" in *--gtest_list_tests*) printf "A.\\n  One\\n  Two\\n  Three\\nB.\\n  One  # of 3\\nC.\\n'
+                  '  One\\n" ;; *) echo "[==========] Running 1 test from 1 test suite."; echo "$*" ;; esac')
+        said = [self.run_it(script, "--shard", f"{part}/3", "--suites")[1].splitlines()[-1] for part in range(3)]
+        self.assertEqual(said, ["word --gtest_filter=A.One:A.Two:A.Three", "word --gtest_filter=B.One",
+                                "word --gtest_filter=C.One"])
+
     def test_each_that_failed_has_its_command(self):
         code, lines = self.gtest("[  FAILED  ] A.Two, where GetParam() = 1 (0 ms)\n[  FAILED  ] A.Two", then="exit 1")
         self.assertEqual(code, 1)

@@ -8,7 +8,6 @@ import os
 import re
 import stat
 import struct
-import tempfile
 from typing import NamedTuple, Optional
 
 from .errors import BadInput, NotFound
@@ -41,7 +40,7 @@ def _run_folder() -> str:
             return os.path.join(users, "tessera")
     except OSError:
         pass
-    return os.path.join(tempfile.gettempdir(), f"tessera-{os.geteuid()}")
+    return f"/tmp/tessera-{os.geteuid()}"
 
 
 def _lines(text: str) -> dict[str, str]:

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <filesystem>
 #include <thread>
 
@@ -106,7 +107,11 @@ void Loader::carryOutApart(Preparation order) {
     std::optional<ErrorCode> refused;
     std::thread apart = startThread([&] {
         Preparation made = order;
-        carryOut(made);
+        try {
+            carryOut(made);
+        } catch (const std::exception& shortage) {  // of threads, descriptors or memory
+            made.refused = Error{ErrorCode::kLimit, fmt::format("the machine has no room for it: {}", shortage.what())};
+        }
         if (!made.refused) return finish(std::move(made));
         // Nothing of a refused load outlives its thread: one text at the far end of its heap would keep all of it.
         refused = made.refused->code;

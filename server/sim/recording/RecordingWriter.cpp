@@ -6,9 +6,11 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <system_error>
 
 #include <fmt/format.h>
 
+#include "common/base/StartThread.h"
 #include "common/base/Version.h"
 #include "common/scene/FieldTable.h"
 #include "server/collision/mesh/InstructionSet.h"
@@ -63,7 +65,11 @@ void RecordingWriter::started(const CommittedFrame& scene) {
 void RecordingWriter::frameBegins(FrameNumber frame, bool first, std::span<const Edit> edits,
                                   std::span<const Reply> replies) {
     if (ended_) return;
-    if (!lane_) lane_ = makeLane_({});
+    try {
+        if (!lane_) lane_ = makeLane_({});
+    } catch (const std::system_error&) {
+        return end(kNoThread);
+    }
     for (const Edit& edit : edits)
         if (!isStep(edit.kind)) handArraysOf(edit.list);
     hand(encodeInputs(frame, first, edits, replies));

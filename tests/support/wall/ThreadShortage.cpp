@@ -9,7 +9,8 @@
 
 namespace {
 
-std::atomic<int> shortages = 0;
+std::atomic<bool> isShort = false;
+std::atomic<int> roomLeft = 0;
 
 }  // namespace
 
@@ -32,8 +33,8 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
     using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
     static const auto create = reinterpret_cast<Create>(::dlsym(RTLD_NEXT, "pthread_create"));
     Dl_info caller{};
-    if (shortages > 0 && ::dladdr(__builtin_return_address(0), &caller) != 0 && caller.dli_fname != nullptr &&
-        std::strstr(caller.dli_fname, "libstdc++") != nullptr)
+    if (isShort && ::dladdr(__builtin_return_address(0), &caller) != 0 && caller.dli_fname != nullptr &&
+        std::strstr(caller.dli_fname, "libstdc++") != nullptr && --roomLeft < 0)
         return EAGAIN;
     return create(thread, attributes, start, argument);
 }
@@ -41,12 +42,13 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
 
 namespace tessera::simulation {
 
-ThreadShortage::ThreadShortage() {
-    ++shortages;
+ThreadShortage::ThreadShortage(int room) {
+    roomLeft = room;
+    isShort = true;
 }
 
 ThreadShortage::~ThreadShortage() {
-    --shortages;
+    isShort = false;
 }
 
 }  // namespace tessera::simulation

@@ -128,21 +128,25 @@ TEST_F(LocalLinks, OfAStoppedWallStayEndedThoughTheMarkIsLost) {
     EXPECT_EQ(at(others, "127.0.0.1:7002"), ofOthers);
 }
 
-/// A server that a task without a session has started is this user's as well.
-TEST_F(LocalLinks, AreFoundWhereATaskWithoutASessionLeavesThem) {
-    unsetenv("XDG_RUNTIME_DIR");
+/// Servers of tasks without a session are this user's as well, and all tasks look for them at one place.
+TEST_F(LocalLinks, AreFoundWhereATaskWithoutASessionLeavesThemWhateverItsVariablesSay) {
     const char* const given = std::getenv("TMPDIR");
     const std::string before = given != nullptr ? given : "";
+    const std::string ofTask = "tessera-" + std::to_string(geteuid());
+    std::filesystem::create_directory(folder_ / ofTask);
+    std::filesystem::permissions(folder_ / ofTask, std::filesystem::perms::owner_all);
+    unsetenv("XDG_RUNTIME_DIR");
+    unsetenv("TMPDIR");
+    const Expected<std::vector<std::string>> plain = runFolders();
     setenv("TMPDIR", folder_.path().c_str(), 1);
-    const std::string ofTask = folder_ / ("tessera-" + std::to_string(geteuid()));
-    std::filesystem::create_directory(ofTask);
-    std::filesystem::permissions(ofTask, std::filesystem::perms::owner_all);
-    const Expected<std::vector<std::string>> folders = runFolders();
+    const Expected<std::vector<std::string>> elsewhere = runFolders();
     setenv("XDG_RUNTIME_DIR", folder_.path().c_str(), 1);
     const Expected<std::vector<std::string>> said = runFolders();
     before.empty() ? unsetenv("TMPDIR") : setenv("TMPDIR", before.c_str(), 1);
-    ASSERT_TRUE(folders && said);
-    EXPECT_NE(std::ranges::find(*folders, ofTask), folders->end());
+    ASSERT_TRUE(plain && elsewhere && said);
+    EXPECT_EQ(*elsewhere, *plain);
+    const std::string own = "/tmp/" + ofTask;
+    EXPECT_EQ(std::ranges::count(*plain, own), std::filesystem::exists(own) ? 1 : 0);
     EXPECT_EQ(*said, std::vector<std::string>{run()}) << "who names a folder means that one";
 }
 

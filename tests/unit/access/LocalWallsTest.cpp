@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -55,6 +56,45 @@ TEST_F(LocalWalls, ATokenOutlivesItsServer) {
     EXPECT_EQ(second->tokens().words, tokens.words);
     EXPECT_EQ(second->lastConsolePort(), 7001);
     EXPECT_TRUE(localWalls()->empty()) << "where the one before listened is no longer so";
+}
+
+/// Their files may be called alike, and so may the lines in them.
+TEST_F(LocalWalls, OneTakesNothingOfAnotherWhoseNameIsWrittenAlike) {
+    const std::string longName(300, 'x');
+    const std::vector<std::pair<std::string, std::string>> pairs{
+        {"\u5317", "\u5357"}, {"hall a", "hall.a"}, {longName, longName + "y"}, {"a\tb", "a\nb"}};
+    for (const auto& [one, other] : pairs) {
+        AccessTokens tokens;
+        {
+            const std::unique_ptr<LocalWallPlace> first = place(one);
+            tokens = first->tokens();
+            ASSERT_TRUE(first->tell({"127.0.0.1", 7000}, Address{"127.0.0.1", 7001}));
+        }
+        {
+            const std::unique_ptr<LocalWallPlace> second = place(other);
+            for (const std::string& token : second->tokens().words)
+                EXPECT_EQ(std::ranges::count(tokens.words, token), 0) << one << " and " << other;
+            EXPECT_EQ(second->lastConsolePort(), 0);
+        }
+        EXPECT_EQ(place(one)->tokens().words, tokens.words) << one;
+    }
+}
+
+/// As an earlier version has left it, without a mark.
+TEST_F(LocalWalls, APlaceWithoutAMarkIsTheWallsThatItNames) {
+    AccessTokens tokens;
+    {
+        const std::unique_ptr<LocalWallPlace> first = place("cave4");
+        tokens = first->tokens();
+        ASSERT_TRUE(first->tell({"127.0.0.1", 7000}, std::nullopt));
+    }
+    std::string text;
+    for (std::ifstream in(run("cave4-1.wall")); std::getline(in, text, '\0');) break;
+    const std::size_t mark = text.find("mark ");
+    ASSERT_NE(mark, std::string::npos) << text;
+    text.erase(mark, text.find('\n', mark) + 1 - mark);
+    std::ofstream(run("cave4-1.wall")) << text;
+    EXPECT_EQ(place("cave4")->tokens().words, tokens.words);
 }
 
 TEST_F(LocalWalls, SeveralAtOnceHaveAPlaceEach) {

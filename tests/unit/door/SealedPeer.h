@@ -48,7 +48,7 @@ public:
     void sayPlain(std::string_view text) const { (void)::send(socket_, text.data(), text.size(), MSG_NOSIGNAL); }
     void say(std::string_view text) {
         if (!channel_) return sayPlain(text);
-        channel_->seal(std::as_bytes(std::span(text)));
+        EXPECT_TRUE(channel_->seal(std::as_bytes(std::span(text))));
         push();
     }
     /// All that has been heard, once `mark` is in it; what is there where it does not come.

@@ -82,6 +82,30 @@ TEST(Mosaic, TilesOfDifferentFramesAreNoPicture) {
     EXPECT_NE(mixed.error().message.find("frame 13"), std::string::npos);
 }
 
+/// A small file whose head says that it is very large, with the head's sum (PNG, annex D).
+TEST(Mosaic, AnImageOfAnotherSizeIsRefusedBeforeItIsUnpacked) {
+    Bytes png = encodePng(Picture::filled(8, 8, 1, 2, 3), 12);
+    const auto put = [&](std::size_t at, std::uint32_t number) {
+        for (std::size_t i = 0; i < 4; ++i) png[at + i] = static_cast<std::byte>(number >> (24 - 8 * i));
+    };
+    constexpr std::size_t kHead = 12, kWidth = 16, kHeight = 20, kSum = 29;
+    put(kWidth, 16'384);
+    put(kHeight, 16'384);
+    std::uint32_t sum = 0xffff'ffff;
+    for (std::size_t at = kHead; at < kSum; ++at) {
+        sum ^= std::to_integer<std::uint32_t>(png[at]);
+        for (int bit = 0; bit < 8; ++bit) sum = sum & 1 ? 0xedb8'8320U ^ sum >> 1 : sum >> 1;
+    }
+    put(kSum, ~sum);
+    const Wall wall = twoScreens();
+    answer::Images images = imagesOf(wall);
+    images.tiles[0].png = share(std::move(png));
+    const auto refused = stitch(wall, images);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("is 16384x16384, but the tile"), std::string::npos)
+        << refused.error().message;
+}
+
 TEST(Mosaic, ImagesThatAreNoneAreRefused) {
     const Wall wall = twoScreens();
     answer::Images images = imagesOf(wall);

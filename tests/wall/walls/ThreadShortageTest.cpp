@@ -1,11 +1,21 @@
 /// A machine that starts no thread for a while: what needs one is refused in words or waits, and the wall goes on.
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <system_error>
+
+#include "common/base/LaneThreads.h"
+#include "common/base/Workers.h"
+#include "common/codec/MessageCodec.h"
+#include "common/net/TcpTransport.h"
+#include "server/sim/recording/RecordingWriter.h"
 #include "tests/support/wall/AskedWall.h"
 #include "tests/support/wall/ThreadShortage.h"
 
 namespace tessera::simulation {
 namespace {
+
+using namespace std::chrono_literals;
 
 const std::string kRooms = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/gallery";
 
@@ -45,6 +55,71 @@ TEST_F(ThreadShortages, AFilmWaitsAndPlaysLater) {
     }
     for (int i = 0; i < 100 && film()["problem"] != ""; ++i) wall.settle();
     EXPECT_EQ(film()["problem"], "");
+}
+
+TEST_F(ThreadShortages, AFileThatChangesMeanwhileIsReadLater) {
+    const test::TestFolder folder;
+    const std::string scene = folder.write("scene.tsct", "node { name: \"first\" transform {} }\n");
+    SimulatedWall wall({.scene = scene, .wall = "1x1", .draws = false, .reload = true});
+    const SimulatedApplication& watcher = wall.application();
+    const auto isThere = [&] { return findNode(watcher.scene(), "/second").has_value(); };
+    wall.world().runFor(1s);
+    {
+        const ThreadShortage shortage;
+        (void)folder.write("scene.tsct",
+                           "node { name: \"first\" transform {} }\nnode { name: \"second\" transform {} }\n");
+        wall.world().runFor(10s);
+        EXPECT_FALSE(isThere());
+    }
+    EXPECT_TRUE(wall.world().runUntil(isThere, 20s)) << wall.logs();
+}
+
+TEST_F(ThreadShortages, FewerWorkersDoAllTheWork) {
+    for (const int room : {0, 1, 2}) {
+        const ThreadShortage shortage(room);
+        Workers workers(4);
+        EXPECT_EQ(workers.threads(), static_cast<unsigned>(room) + 1);
+        std::atomic<int> done = 0;
+        workers.run(100, [&](std::size_t) { ++done; });
+        EXPECT_EQ(done, 100);
+    }
+}
+
+TEST_F(ThreadShortages, ALaneOfFewerThreadsDoesAllTheWorkAndOneOfNoneIsRefused) {
+    std::atomic<int> done = 0;
+    {
+        const ThreadShortage shortage(1);
+        LaneThreads lane({.width = 3});
+        for (int i = 0; i < 100; ++i) lane.post([&] { ++done; });
+        lane.finish();
+    }
+    EXPECT_EQ(done, 100);
+    const ThreadShortage shortage;
+    EXPECT_THROW(LaneThreads({.width = 3}), std::system_error);
+}
+
+/// What it has begun ends before that is said.
+TEST_F(ThreadShortages, ATransportThatCannotBeginLeavesNothingBehind) {
+    for (const int room : {0, 1}) {
+        const ThreadShortage shortage(room);
+        EXPECT_THROW(TcpTransport({.tls = [] { return nullptr; }, .maxPayload = maxPayloadBytes}, [](LinkEvent) {}),
+                     std::system_error);
+    }
+}
+
+TEST_F(ThreadShortages, ARecordingEndsInWordsAndTheWallGoesOn) {
+    const test::TestFolder folder;
+    test::ReadableLog words;
+    auto recording = RecordingWriter::create(folder / "short.rec", {}, words.log);
+    ASSERT_TRUE(recording);
+    words.log.info("the log has its thread");
+    words.log.flush();
+    {
+        const ThreadShortage shortage;
+        (*recording)->frameBegins(FrameNumber(0), true, {}, {});
+    }
+    (*recording)->frameBegins(FrameNumber(1), false, {}, {});
+    EXPECT_NE(words.said().find("no room for another thread"), std::string::npos) << words.said();
 }
 
 }  // namespace
