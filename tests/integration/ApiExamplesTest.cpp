@@ -3,13 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <thread>
-
 #include "common/access/LocalWalls.h"
 #include "common/application/Application.h"
 #include "common/request/Catalogue.h"
 #include "tests/integration/DoorClient.h"
 #include "tests/integration/LiveWall.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 namespace {
@@ -17,19 +16,28 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
+struct AllowedWall {
+    AllowedWall()
+        : wall({.wall = "1x1",
+                .scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/api.tsct",
+                .size = "160x90",
+                .server = {"--allow", models.path(), "--assets", models.path()}}) {
+        models.write("box.tsct", "node { name: \"box\" box { size { x: 1 y: 1 z: 1 } } }\n");
+        wall.startClient("all");
+    }
+    TemporaryFolder models;
+    LiveWall wall;
+};
+
+/// The tests of a suite ask the same one.
 class ApiWall : public testing::Test {
 protected:
-    ApiWall()
-        : wall_({.wall = "1x1",
-                 .scene = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/api.tsct",
-                 .size = "160x90",
-                 .server = {"--allow", models_.path(), "--assets", models_.path()}}) {
-        models_.write("box.tsct", "node { name: \"box\" box { size { x: 1 y: 1 z: 1 } } }\n");
-        wall_.startClient("all");
-        link_ = linkOf("operator");
-        const std::string at = link_.substr(0, link_.find("/?"));
+    ApiWall() {
+        const std::string link = linkOf("operator"), at = link.substr(0, link.find("/?"));
         port_ = static_cast<std::uint16_t>(std::stoi(at.substr(at.rfind(':') + 1)));
     }
+    static void SetUpTestSuite() { started_ = std::make_unique<AllowedWall>(); }
+    static void TearDownTestSuite() { started_.reset(); }
     std::string linkOf(const std::string& role) {
         return json::parse(wall_.ctl({"--json", "link", "--role", role}).output, nullptr, false)
             .value("link", "0:0/?token=");
@@ -39,21 +47,26 @@ protected:
         return link.substr(link.find("token=") + 6);
     }
 
-    TemporaryFolder models_;
-    LiveWall wall_;
-    std::string link_;
+    const TemporaryFolder& models_ = started_->models;
+    LiveWall& wall_ = started_->wall;
     std::uint16_t port_ = 0;
+
+private:
+    static inline std::unique_ptr<AllowedWall> started_;
 };
 
-TEST_F(ApiWall, EachExampleOfThePageIsGranted) {
+/// Its wall is its own: the examples are done to it.
+class ApiPage : public ApiWall {};
+
+TEST_F(ApiPage, EachExampleOfThePageIsGranted) {
     ASSERT_TRUE(wall_.waitForFrame("front-0-0", 3, 60s)) << wall_.logs();
     DoorSocket socket(port_, "/socket?token=" + tokenOf("operator"));
     ASSERT_TRUE(socket.open()) << socket.refused();
     const HttpReply page = http(port_, "GET", "/api.html?token=" + tokenOf("operator"), "");
     const json api =
         json::parse(http(port_, "GET", "/api", "Authorization: Bearer " + tokenOf("operator") + "\r\n").body);
-    for (int i = 0; i < 200 && socket.ask(1000 + i, "GetQuestions")["fields"]["questions"].empty(); ++i)
-        std::this_thread::sleep_for(50ms);
+    int asked = 1000;
+    EXPECT_TRUE(eventually([&] { return !socket.ask(asked++, "GetQuestions")["fields"]["questions"].empty(); }));
     int id = 0, said = 0;
     for (const json& request : api["requests"]) {
         const std::string name = request["name"];

@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <memory>
 #include <set>
 #include <thread>
 
@@ -18,16 +19,25 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-/// A wall of one host that draws nothing, its console's port and token.
-class Console : public testing::Test {
-protected:
-    Console() : wall_({.wall = "1x1", .size = "64x36"}) {
-        wall_.startClient("all", {"--surface", "none"});
-        const std::string link = wall_.server().waitForText("console: http://127.0.0.1:", 20s).value_or("0/?token=");
-        port_ = static_cast<std::uint16_t>(std::stoi(link));
-        token_ = link.substr(link.find("?token=") + 7);
-        bearer_ = "Authorization: Bearer " + token_ + "\r\n";
+/// A wall of one host, its console's port and token.
+struct ConsoleWall {
+    ConsoleWall() : wall({.wall = "1x1", .size = "64x36"}) {
+        wall.startClient("all");
+        const std::string link = wall.server().waitForText("console: http://127.0.0.1:", 20s).value_or("0/?token=");
+        port = static_cast<std::uint16_t>(std::stoi(link));
+        token = link.substr(link.find("?token=") + 7);
+        bearer = "Authorization: Bearer " + token + "\r\n";
     }
+    LiveWall wall;
+    std::uint16_t port = 0;
+    std::string token, bearer;
+};
+
+/// What its tests say to a console.
+class ConsoleTest : public testing::Test {
+protected:
+    explicit ConsoleTest(ConsoleWall& console)
+        : wall_(console.wall), port_(console.port), token_(console.token), bearer_(console.bearer) {}
     [[nodiscard]] std::string socketTarget(const std::string& more = {}) const {
         return "/socket?token=" + token_ + more;
     }
@@ -40,9 +50,26 @@ protected:
         return body.is_object() && body.contains("error") ? body["error"].value("code", "") : "";
     }
 
-    LiveWall wall_;
-    std::uint16_t port_ = 0;
-    std::string token_, bearer_;
+    LiveWall& wall_;
+    const std::uint16_t port_;
+    const std::string token_, bearer_;
+};
+
+/// All of them say it to the same one.
+class Console : public ConsoleTest {
+protected:
+    Console() : ConsoleTest(*console_) {}
+    static void SetUpTestSuite() { console_ = std::make_unique<ConsoleWall>(); }
+    static void TearDownTestSuite() { console_.reset(); }
+
+private:
+    static inline std::unique_ptr<ConsoleWall> console_;
+};
+
+/// Each has its own, which is crowded or ends.
+class CrowdedConsole : private ConsoleWall, public ConsoleTest {
+protected:
+    CrowdedConsole() : ConsoleTest(static_cast<ConsoleWall&>(*this)) {}
 };
 
 TEST_F(Console, TellsAllThatCanBeAskedAndAllTypes) {
@@ -125,7 +152,7 @@ TEST_F(Console, BuildsAndPaintsWithBinaries) {
     EXPECT_EQ(removed["answer"], "Committed") << removed;
 }
 
-TEST_F(Console, TellsOfFramesAndEndsWithTheServer) {
+TEST_F(CrowdedConsole, TellsOfFramesAndEndsWithTheServer) {
     DoorSocket socket(port_, socketTarget());
     ASSERT_EQ(socket.ask(1, "SubscribeNews", {{"frames", true}})["answer"], "Done");
     std::int64_t last = -1;
@@ -226,7 +253,7 @@ TEST_F(Console, AHeadThatDoesNotComeIsAnsweredInWords) {
     EXPECT_TRUE(sayRaw(port_, "GET /api HTTP/1.1\r\nHost: ").starts_with("HTTP/1.1 408"));
 }
 
-TEST_F(Console, TooMuchAtOnceIsRefusedInWordsAndNoFrameIsLate) {
+TEST_F(CrowdedConsole, TooMuchAtOnceIsRefusedInWordsAndNoFrameIsLate) {
     std::size_t refused = 0;
     std::string all;
     for (int i = 0; i < 600; ++i)
@@ -247,10 +274,6 @@ TEST_F(Console, TooMuchAtOnceIsRefusedInWordsAndNoFrameIsLate) {
 }
 
 TEST_F(Console, ShowsTheWallAndItsTiles) {
-    // One that draws.
-    wall_.client("all").signal(SIGKILL);
-    (void)wall_.client("all").waitForExit(10s);
-    wall_.startClient("all");
     ASSERT_TRUE(wall_.waitForFrame("front-0-0", 1, 30s)) << wall_.logs();
     HttpReply png = get("/tile/front-0-0.png");
     ASSERT_EQ(png.status, 200) << png.body << wall_.logs();
@@ -285,7 +308,7 @@ TEST_F(Console, AThousandRequestsAtOnceAreAllAnswered) {
 }
 
 /// Who has no token may look at the style, and keeps nobody out who has one.
-TEST_F(Console, ThoseWithoutATokenGiveWay) {
+TEST_F(CrowdedConsole, ThoseWithoutATokenGiveWay) {
     std::vector<int> kept;
     for (int i = 0; i < 300; ++i) {
         const int one = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);

@@ -6,10 +6,10 @@
 #include <chrono>
 #include <sstream>
 #include <string>
-#include <thread>
 
 #include "common/image/Picture.h"
 #include "tests/integration/LiveWall.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 
@@ -22,11 +22,17 @@ public:
         : file_(folder + "/Xvfb_screen0"),
           server_(folder, "xvfb",
                   {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx),
-                   "-fbdir", folder, "-nolisten", "tcp", "-noreset"}) {
-        for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(50));
-            display_ = displayIn(server_.output());
-        }
+                   "-fbdir", folder, "-nolisten", "tcp", "-noreset"}),
+          display_(displayOf(server_)) {}
+    /// Waits until an Xvfb with `-displayfd 1` says its display. Empty: it ended without, or has not said it in time.
+    [[nodiscard]] static std::string displayOf(Process& server) {
+        std::string display;
+        (void)eventually([&] {
+            const bool ended = !server.running();
+            display = displayIn(server.output());
+            return ended || !display.empty();
+        });
+        return display;
     }
     /// What `-displayfd 1` says, among complaints about displays that others have taken; empty as long as it has not.
     [[nodiscard]] static std::string displayIn(const std::string& said) {
@@ -58,12 +64,7 @@ public:
     }
     /// Until it looks like `wanted`.
     [[nodiscard]] bool waitFor(const Picture& wanted, std::chrono::seconds patience) const {
-        const auto end = std::chrono::steady_clock::now() + patience;
-        while (std::chrono::steady_clock::now() < end) {
-            if (screenshot() == wanted) return true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(100));
-        }
-        return false;
+        return eventually([&] { return screenshot() == wanted; }, patience);
     }
 
     /// Where it does not look like `wanted`, for messages: how many pixels, and the first and the last of them.
@@ -83,8 +84,9 @@ public:
     }
 
 private:
-    std::string file_, display_;
+    std::string file_;
     Process server_;
+    std::string display_;
 };
 
 }  // namespace tessera::test

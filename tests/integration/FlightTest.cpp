@@ -3,11 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <thread>
 
-#include "common/application/Application.h"
 #include "tests/integration/InputDesktop.h"
 #include "tests/integration/LiveWall.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 namespace {
@@ -26,21 +25,15 @@ json statusOf(const LiveWall& wall) {
     EXPECT_EQ(status.exitCode, 0) << status.output;
     return json::parse(status.output, nullptr, false);
 }
-template <typename Holds>
-bool within(std::chrono::seconds patience, const Holds& holds) {
-    const auto end = std::chrono::steady_clock::now() + patience;
-    while (std::chrono::steady_clock::now() < end) {
-        if (holds()) return true;
-        std::this_thread::sleep_for(50ms);
-    }
-    return false;
+/// Waits until the tile shows so many frames more.
+bool showsFurther(const LiveWall& wall, int frames) {
+    return wall.waitForFrame("front-0-0", wall.shownFrame("front-0-0") + frames, 20s);
 }
-/// The view rests: it is the same for half a second.
+/// The view rests: it is the same for thirty frames.
 bool rests(const LiveWall& wall) {
-    return within(20s, [&] {
+    return eventually([&] {
         const json before = middleOf(wall);
-        std::this_thread::sleep_for(500ms);
-        return middleOf(wall) == before;
+        return showsFurther(wall, 30) && middleOf(wall) == before;
     });
 }
 
@@ -68,16 +61,15 @@ public:
         ::unsetenv("DISPLAY");
         // The carriage drives for a second; then only the view moves what is in the middle of the picture.
         ready =
-            wall.waitForFrame("front-0-0", 90, 60s) && within(30s, [&] { return !childrenOf(client.pid()).empty(); });
+            wall.waitForFrame("front-0-0", 90, 60s) && eventually([&] { return !childrenOf(client.pid()).empty(); });
         // Where a window may be, but it takes its time to be there.
         desktop.pointer(400, 300);
     }
     /// Until the server hears of it: the window may not be there yet.
     bool hold(DesktopKey key) {
-        return within(30s, [&] {
+        return eventually([&] {
             desktop.key(key, true);
-            std::this_thread::sleep_for(200ms);
-            if (statusOf(wall)["steering"] == json{"all"}) return true;
+            if (eventually([&] { return statusOf(wall)["steering"] == json{"all"}; }, 1s)) return true;
             desktop.key(key, false);
             return false;
         });
@@ -95,25 +87,25 @@ TEST(Flight, AKeyMovesTheViewAndHomeLeadsBack) {
     const json begun = middleOf(flight.wall);
     ASSERT_EQ(begun["hit"], true);
     ASSERT_TRUE(flight.hold(DesktopKey::kD)) << flight.wall.logs();
-    EXPECT_TRUE(within(10s, [&] { return middleOf(flight.wall) != begun; }));
+    EXPECT_TRUE(eventually([&] { return middleOf(flight.wall) != begun; }));
     flight.desktop.key(DesktopKey::kD, false);
     EXPECT_TRUE(rests(flight.wall)) << "a key that was let go";
     EXPECT_NE(middleOf(flight.wall), begun);
     flight.desktop.key(DesktopKey::kHome, true);
     flight.desktop.key(DesktopKey::kHome, false);
-    EXPECT_TRUE(within(20s, [&] { return middleOf(flight.wall) == begun; }))
+    EXPECT_TRUE(eventually([&] { return middleOf(flight.wall) == begun; }))
         << "to the very bits: " << begun << ", not " << middleOf(flight.wall);
     // A drag looks about.
     flight.desktop.button(1, true);
     for (int i = 0; i < 20; ++i) {
         flight.desktop.pointer(400 + 4 * i, 300);
-        std::this_thread::sleep_for(20ms);
+        EXPECT_TRUE(showsFurther(flight.wall, 1));
     }
     flight.desktop.button(1, false);
-    EXPECT_TRUE(within(20s, [&] { return middleOf(flight.wall) != begun; }));
+    EXPECT_TRUE(eventually([&] { return middleOf(flight.wall) != begun; }));
     flight.desktop.key(DesktopKey::kTab, true);
     flight.desktop.key(DesktopKey::kTab, false);
-    EXPECT_TRUE(within(20s, [&] { return statusOf(flight.wall)["navigation"] == "orbit"; }));
+    EXPECT_TRUE(eventually([&] { return statusOf(flight.wall)["navigation"] == "orbit"; }));
     EXPECT_EQ(flight.wall.finish()["faults"].size(), 0u);
 }
 
@@ -140,12 +132,12 @@ TEST(Flight, F1LaysTheKeysOverThePicture) {
     };
     const std::ptrdiff_t before = yellow(flight.desktop.screenshot());
     press(DesktopKey::kF1);
-    EXPECT_TRUE(within(20s, [&] { return yellow(flight.desktop.screenshot()) > before + 500; }));
+    EXPECT_TRUE(eventually([&] { return yellow(flight.desktop.screenshot()) > before + 500; }));
     const Picture flies = flight.desktop.screenshot();
     press(DesktopKey::kTab);
-    EXPECT_TRUE(within(20s, [&] { return !(flight.desktop.screenshot() == flies); })) << "the mode is another one";
+    EXPECT_TRUE(eventually([&] { return !(flight.desktop.screenshot() == flies); })) << "the mode is another one";
     press(DesktopKey::kF1);
-    EXPECT_TRUE(within(20s, [&] { return yellow(flight.desktop.screenshot()) < before + 50; }));
+    EXPECT_TRUE(eventually([&] { return yellow(flight.desktop.screenshot()) < before + 50; }));
     EXPECT_EQ(flight.wall.finish()["faults"].size(), 0u);
 }
 
@@ -154,79 +146,9 @@ TEST(Flight, AWindowThatIsKilledHoldsNothing) {
     ASSERT_TRUE(flight.ready) << flight.wall.logs();
     ASSERT_TRUE(flight.hold(DesktopKey::kD)) << flight.wall.logs();
     for (const pid_t window : childrenOf(flight.wall.client("all").pid())) ::kill(window, SIGKILL);
-    EXPECT_TRUE(within(20s, [&] { return statusOf(flight.wall)["steering"].empty(); }));
+    EXPECT_TRUE(eventually([&] { return statusOf(flight.wall)["steering"].empty(); }));
     EXPECT_TRUE(rests(flight.wall));
     EXPECT_TRUE(flight.wall.client("all").running());
-}
-
-TEST(Flight, AHostThatIsKilledHoldsNothing) {
-    WindowFlight flight(oneTile());
-    ASSERT_TRUE(flight.ready) << flight.wall.logs();
-    ASSERT_TRUE(flight.hold(DesktopKey::kD)) << flight.wall.logs();
-    flight.wall.client("all").signal(SIGKILL);
-    EXPECT_TRUE(within(20s, [&] { return statusOf(flight.wall)["steering"].empty(); }));
-    EXPECT_TRUE(rests(flight.wall));
-}
-
-TEST(Flight, AWallForThePublicTakesNoInput) {
-    LiveWall wall(oneTile({"--no-input"}));
-    wall.startClient("all");
-    ASSERT_TRUE(wall.waitForFrame("front-0-0", 2, 60s)) << wall.logs();
-    EXPECT_EQ(statusOf(wall)["navigation"], "");
-    const Outcome refused = wall.ctl({"navigate", "home"});
-    EXPECT_EQ(refused.exitCode, 1);
-    EXPECT_NE(refused.output.find("--no-input"), std::string::npos) << refused.output;
-    EXPECT_NE(wall.ctl({"fly"}).exitCode, 0);
-}
-
-/// Its bounds are looked for beside the frames, in the scene of the frame in which the key went down.
-TEST(Flight, TheKeyFShowsAllOfASceneThatMoves) {
-    LiveWallOptions options = oneTile();
-    options.scene = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/moving.tsct";
-    LiveWall wall(options);
-    wall.startClient("all");
-    ASSERT_TRUE(wall.waitForFrame("front-0-0", 2, 60s)) << wall.logs();
-    auto application = Application::connect({.address = wall.address(), .name = "pilot", .followScene = false});
-    ASSERT_TRUE(application) << application.error().message;
-    InputState keys;
-    for (const InputAction key : {InputAction::kFitAll, InputAction::kFit, InputAction::kHome, InputAction::kFitAll}) {
-        keys.ask(key);
-        ASSERT_TRUE((*application)->navigate({.input = keys})) << wall.logs();
-        const std::int64_t shown = wall.shownFrame("front-0-0");
-        ASSERT_TRUE(wall.waitForFrame("front-0-0", shown + 5, 60s)) << wall.logs();
-    }
-    EXPECT_EQ(wall.finish()["faults"].size(), 0u);
-}
-
-/// What a flight sees is not in a recording, and what it is flown through is: the same again, to the hash, with a
-/// walker who asks the scene in every frame.
-TEST(Flight, ARecordingOfAFlightIsMadeAgain) {
-    TemporaryFolder folder;
-    const std::string recording = folder.path() + "/flight.tsr";
-    LiveWall wall(oneTile({"--record", recording}));
-    wall.startClient("all");
-    ASSERT_TRUE(wall.waitForFrame("front-0-0", 2, 60s)) << wall.logs();
-    const json begun = middleOf(wall);
-    {
-        auto application = Application::connect({.address = wall.address(), .name = "pilot", .followScene = false});
-        ASSERT_TRUE(application) << application.error().message;
-        InputState held{.right = InputState::kFull, .back = -InputState::kFull};
-        for (const NavigationMode mode : {NavigationMode::kFly, NavigationMode::kWalk, NavigationMode::kOrbit}) {
-            ASSERT_TRUE((*application)->navigate({.mode = mode, .input = held}));
-            std::this_thread::sleep_for(700ms);
-        }
-        EXPECT_TRUE((*application)->navigate({.deed = NavigationWish::Deed::kKeepBookmark, .bookmark = 1}));
-        EXPECT_EQ(statusOf(wall)["steering"].size(), 1u);
-        EXPECT_NE(middleOf(wall), begun);
-    }
-    EXPECT_TRUE(within(10s, [&] { return statusOf(wall)["steering"].empty(); })) << "who has left holds nothing";
-    EXPECT_EQ(wall.ctl({"move", "/post", "0.5", "0", "0", "--by"}).exitCode, 0);
-    EXPECT_EQ(wall.ctl({"bookmark", "1"}).exitCode, 0);
-    EXPECT_EQ(wall.ctl({"bookmark", "2"}).exitCode, 3) << "nobody has kept it";
-    EXPECT_EQ(wall.ctl({"navigate", "sideways"}).exitCode, 2);
-    EXPECT_EQ(wall.finish()["faults"].size(), 0u);
-    const Outcome again = run(folder.path(), {program("tessera-replay"), recording}, 60s);
-    EXPECT_EQ(again.exitCode, 0) << again.output;
 }
 
 }  // namespace

@@ -1,18 +1,15 @@
-/// Hands on the handles of a real wall: a mouse at a window, a wand, applications; and what becomes of a grip when its
-/// hand is cut off.
+/// A mouse at a window of a real wall takes hold of a handle.
 #include <gtest/gtest.h>
-#include <signal.h>
 
 #include <filesystem>
 #include <fstream>
-#include <thread>
 
 #include <fmt/format.h>
 
 #include "common/application/Application.h"
-#include "common/input/HandInput.h"
 #include "tests/integration/InputDesktop.h"
 #include "tests/integration/LiveWall.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 namespace {
@@ -59,15 +56,6 @@ double heightOfCart(const LiveWall& wall) {
 bool isHeld(const LiveWall& wall) {
     return fieldOf(wall, "/handles", "held") != "0";
 }
-template <typename Holds>
-bool soon(const Holds& holds) {
-    const auto end = std::chrono::steady_clock::now() + 40s;
-    while (std::chrono::steady_clock::now() < end) {
-        if (holds()) return true;
-        std::this_thread::sleep_for(50ms);
-    }
-    return false;
-}
 
 /// The topmost pixel of a column where a handle can be taken hold of, and some below it: of the middle one the arrow
 /// that points up. -1: none.
@@ -93,14 +81,17 @@ struct WindowStudio {
         row = handleRow(wall);
         desktop.pointer(kLeft + 20, kTop + 20);
         // Until the server hears of the window: it may not be there yet.
-        ready = soon([&] {
+        ready = eventually([&] {
             desktop.key(DesktopKey::kTab, true);
             desktop.key(DesktopKey::kTab, false);
-            std::this_thread::sleep_for(200ms);
-            return asked(wall, {"status"})["navigation"] != "fly";
+            return eventually([&] { return asked(wall, {"status"})["navigation"] != "fly"; }, 1s);
         });
     }
     void point(int x, int y) { desktop.pointer(kLeft + x, kTop + y); }
+    /// Waits until the tile shows so many frames more.
+    [[nodiscard]] bool showsFurther(int frames) const {
+        return wall.waitForFrame("front-0-0", wall.shownFrame("front-0-0") + frames, 20s);
+    }
     [[nodiscard]] json seenBeside() const { return asked(wall, {"pick", "20", "20"}); }
 
     static constexpr int kLeft = (800 - kWidthPx) / 2, kTop = (600 - kHeightPx) / 2;
@@ -111,7 +102,7 @@ struct WindowStudio {
     bool ready = false;
 };
 
-TEST(HandleWall, AMouseAtAWindowDragsAHandleAndNotTheView) {
+TEST(HandleWindow, AMouseAtAWindowDragsAHandleAndNotTheView) {
     const TemporaryFolder folder;
     WindowStudio here({"--record", folder.path() + "/studio.tsr"});
     ASSERT_TRUE(here.ready) << here.wall.logs();
@@ -120,133 +111,33 @@ TEST(HandleWall, AMouseAtAWindowDragsAHandleAndNotTheView) {
     constexpr int kMiddle = kWidthPx / 2;
     here.point(kMiddle, here.row);
     here.desktop.button(1, true);
-    ASSERT_TRUE(soon([&] { return isHeld(here.wall); })) << here.wall.logs();
+    ASSERT_TRUE(eventually([&] { return isHeld(here.wall); })) << here.wall.logs();
     for (int i = 1; i <= 10; ++i) {
         here.point(kMiddle, here.row - 3 * i);
-        std::this_thread::sleep_for(20ms);
+        EXPECT_TRUE(here.showsFurther(1));
     }
-    EXPECT_TRUE(soon([&] { return heightOfCart(here.wall) > 0.1; })) << heightOfCart(here.wall);
+    EXPECT_TRUE(eventually([&] { return heightOfCart(here.wall) > 0.1; })) << heightOfCart(here.wall);
     here.desktop.button(1, false);
-    EXPECT_TRUE(soon([&] { return !isHeld(here.wall); }));
+    EXPECT_TRUE(eventually([&] { return !isHeld(here.wall); }));
     EXPECT_NEAR(handleRow(here.wall), here.row - 30, 2) << "what was grabbed has stayed below the cursor";
     EXPECT_EQ(here.seenBeside(), beside) << "the view has not moved";
     EXPECT_EQ(asked(here.wall, {"status"})["undo_depth"], 1) << "one step";
     EXPECT_EQ(here.wall.ctl({"undo"}).exitCode, 0);
-    EXPECT_TRUE(soon([&] { return heightOfCart(here.wall) == 0; }));
+    EXPECT_TRUE(eventually([&] { return heightOfCart(here.wall) == 0; }));
     // Beside the handles a drag is the view's.
     here.point(60, 60);
     here.desktop.button(1, true);
-    std::this_thread::sleep_for(100ms);
+    EXPECT_TRUE(here.showsFurther(6)) << "the press is heard before the drag begins";
     for (int i = 1; i <= 20; ++i) {
         here.point(60 + 4 * i, 60);
-        std::this_thread::sleep_for(20ms);
+        EXPECT_TRUE(here.showsFurther(1));
     }
     here.desktop.button(1, false);
-    EXPECT_TRUE(soon([&] { return here.seenBeside() != beside; }));
+    EXPECT_TRUE(eventually([&] { return here.seenBeside() != beside; }));
     EXPECT_EQ(heightOfCart(here.wall), 0);
     EXPECT_EQ(here.wall.finish()["faults"].size(), 0u);
     const Outcome replayed = run(folder.path(), {program("tessera-replay"), folder.path() + "/studio.tsr"});
     EXPECT_EQ(replayed.exitCode, 0) << replayed.output;
-}
-
-TEST(HandleWall, AHostThatIsKilledWhileItsWindowHoldsAHandleHoldsNothing) {
-    WindowStudio here;
-    ASSERT_TRUE(here.ready) << here.wall.logs();
-    here.point(kWidthPx / 2, here.row);
-    here.desktop.button(1, true);
-    ASSERT_TRUE(soon([&] { return isHeld(here.wall); })) << here.wall.logs();
-    // Who comes second is told.
-    auto other = Application::connect({.address = here.wall.address(), .name = "other", .followScene = false});
-    ASSERT_TRUE(other) << other.error().message;
-    const Aim arrow{.xPx = kWidthPx / 2.0, .yPx = static_cast<double>(here.row), .wand = {}};
-    const Expected<answer::Picked> refused = (*other)->grab(arrow);
-    ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message.find("somebody else holds /handles"), std::string::npos)
-        << refused.error().message;
-    here.wall.client("all").signal(SIGKILL);
-    EXPECT_TRUE(soon([&] { return (*other)->grab(arrow).has_value(); })) << "once its host is lost";
-}
-
-TEST(HandleWall, AnApplicationThatIsCutOffHoldsNothing) {
-    LiveWall wall(studio());
-    wall.startClient("all", {"--surface", "none"});
-    const Ray arrow{.origin = Vec3d(0, 0.8, 4), .direction = -Vec3d::UnitZ()};
-    {
-        auto holder = Application::connect({.address = wall.address(), .name = "holder", .followScene = false});
-        ASSERT_TRUE(holder) << holder.error().message;
-        ASSERT_TRUE(soon([&] {
-            const auto held = (*holder)->grab(arrow);
-            return held && held->hit;
-        })) << wall.logs();
-        ASSERT_TRUE(soon([&] { return isHeld(wall); }));
-    }
-    EXPECT_TRUE(soon([&] { return !isHeld(wall); })) << "it has gone without a word";
-    const Outcome dragged =
-        wall.ctl({"drag", "--rays", "0", "0.8", "4", "0", "0", "-1", "0", "1", "4", "0", "0", "-1"});
-    EXPECT_EQ(dragged.exitCode, 0) << dragged.output;
-    EXPECT_NEAR(heightOfCart(wall), 0.2, 1e-9);
-    EXPECT_EQ(wall.finish()["faults"].size(), 0u);
-}
-
-TEST(HandleWall, NobodyHoldsAnythingAfterTheServerWasKilled) {
-    const TemporaryFolder folder;
-    const std::vector<std::string> journal{"--journal", folder.path() + "/journal"};
-    const Ray arrow{.origin = Vec3d(0, 0.8, 4), .direction = -Vec3d::UnitZ()},
-        higher{.origin = Vec3d(0, 1.1, 4), .direction = -Vec3d::UnitZ()};
-    {
-        LiveWall wall(studio(journal));
-        wall.startClient("all", {"--surface", "none"});
-        auto holder = Application::connect({.address = wall.address(), .name = "holder", .followScene = false});
-        ASSERT_TRUE(holder) << holder.error().message;
-        ASSERT_TRUE(soon([&] {
-            const auto held = (*holder)->grab(arrow);
-            return held && held->hit;
-        })) << wall.logs();
-        ASSERT_TRUE((*holder)->drag(higher));
-        ASSERT_TRUE(soon([&] { return isHeld(wall); }));
-        wall.server().signal(SIGKILL);
-        ASSERT_TRUE(wall.server().waitForExit(20s));
-    }
-    LiveWall wall(studio(journal));
-    wall.startClient("all", {"--surface", "none"});
-    EXPECT_TRUE(soon([&] { return !isHeld(wall); })) << "the journal says that somebody held it";
-    EXPECT_NEAR(heightOfCart(wall), 0.3, 1e-9) << "and what was granted is there";
-    const Outcome dragged =
-        wall.ctl({"drag", "--rays", "0", "1.1", "4", "0", "0", "-1", "0", "1.2", "4", "0", "0", "-1"});
-    EXPECT_EQ(dragged.exitCode, 0) << dragged.output;
-    EXPECT_EQ(wall.ctl({"undo"}).exitCode, 0);
-    EXPECT_EQ(wall.ctl({"undo"}).exitCode, 0);
-    EXPECT_TRUE(soon([&] { return heightOfCart(wall) == 0; })) << "two steps: the one before the end, too";
-    (void)wall.finish();
-}
-
-/// The console: keys of a terminal, as `tessera-ctl fly` says them, take hold in the middle of the wall.
-TEST(HandleWall, AHandInTheMiddleOfTheWallLeadsWhatIsThere) {
-    LiveWall wall(studio());
-    wall.startClient("all", {"--surface", "none"});
-    auto pilot = Application::connect({.address = wall.address(), .name = "pilot", .followScene = false});
-    ASSERT_TRUE(pilot) << pilot.error().message;
-    // So that the arrow is in the middle.
-    const Outcome view = wall.ctl({"view", "--position", "0", "-0.6", "4"});
-    ASSERT_EQ(view.exitCode, 0) << view.output;
-    int row = -1;
-    ASSERT_TRUE(soon([&] { return (row = handleRow(wall)) > 0; })) << wall.logs();
-    InputState hand;
-    ASSERT_TRUE((*pilot)->navigate({.input = hand}));
-    hand.cursorY = static_cast<std::uint16_t>(65535.0 * (row + 0.5) / kHeightPx);
-    hand.held = kHandHolds;
-    ++hand.asked[kHandTakes];
-    hand.ask(InputAction::kGrab);
-    ASSERT_TRUE((*pilot)->navigate({.input = hand}));
-    ASSERT_TRUE(soon([&] { return isHeld(wall); })) << wall.logs();
-    hand.lookDown -= InputState::kUnit / 20;
-    ASSERT_TRUE((*pilot)->navigate({.input = hand}));
-    EXPECT_TRUE(soon([&] { return heightOfCart(wall) > 0.05; })) << heightOfCart(wall);
-    hand.held = 0;
-    ASSERT_TRUE((*pilot)->navigate({.input = hand}));
-    EXPECT_TRUE(soon([&] { return !isHeld(wall); }));
-    EXPECT_EQ(asked(wall, {"status"})["undo_depth"], 1);
-    EXPECT_EQ(wall.finish()["faults"].size(), 0u);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstring>
-#include <thread>
 
 #include <fmt/format.h>
 
@@ -13,8 +12,6 @@
 
 namespace tessera::test {
 namespace {
-
-using namespace std::chrono_literals;
 
 bool sendAll(int to, const std::string& bytes) {
     return ::send(to, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
@@ -35,10 +32,7 @@ InputDesktop::InputDesktop(const std::string& folder, int widthPx, int heightPx)
               {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", fmt::format("{}x{}x24", widthPx, heightPx), "-fbdir",
                folder, "-nolisten", "tcp", "-noreset"}),
       screen_(folder + "/Xvfb_screen0") {
-    for (int i = 0; i < 600 && server_.running() && display_.empty(); ++i) {
-        std::this_thread::sleep_for(50ms);
-        display_ = Desktop::displayIn(server_.output());
-    }
+    display_ = Desktop::displayOf(server_);
     if (!display_.empty() && !connect()) display_.clear();
 }
 

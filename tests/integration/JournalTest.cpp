@@ -4,20 +4,17 @@
 #include <signal.h>
 
 #include <algorithm>
-#include <atomic>
-#include <filesystem>
+#include <future>
 #include <map>
 #include <thread>
 
 #include "common/application/Application.h"
 #include "common/cores/Geometry.h"
-#include "common/cores/Image.h"
-#include "common/cores/Inline.h"
-#include "common/cores/Movie.h"
 #include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "tests/integration/LiveWall.h"
 #include "tests/property/Seeds.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 namespace {
@@ -139,7 +136,7 @@ TEST(Journal, NothingGrantedIsLostThoughTheServerIsKilledAtAnyMoment) {
         // One that is killed while it starts changes nothing.
         if (below(random, 2) == 0) {
             wall.launch();
-            std::this_thread::sleep_for(std::chrono::milliseconds(below(random, 60)));
+            aMoment(random, 60ms);
             wall.kill();
         }
         ASSERT_TRUE(wall.start()) << wall.server->output();
@@ -190,18 +187,23 @@ TEST(Journal, NothingGrantedIsLostThoughTheServerIsKilledAtAnyMoment) {
         mover->onChanges(
             [&](const ChangeList&, Sequence sequence) { granted.states[sequence.value] = mover->scene().stateHash(); });
 
-        // It edits until the server dies.
-        std::thread killer([&, after = std::chrono::milliseconds(20 + below(random, 500))] {
-            std::this_thread::sleep_for(after);
+        // It edits until the server dies: at any instant of the edit that follows a drawn number of them.
+        std::promise<void> edited;
+        std::thread killer([&, own = Random(random()), ready = edited.get_future()]() mutable {
+            ready.wait();
+            aMoment(own, 12ms);
             wall.server->signal(SIGKILL);
         });
+        std::size_t editsLeft = 1 + below(random, 100);
         while (true) {
             const std::string name = "edit" + std::to_string(++made);
             const auto committed = mover->propose(newNode(name, made));
             if (!committed) break;
             granted.nodes[name] = made;
             granted.sequence = committed->sequence;
+            if (editsLeft > 0 && --editsLeft == 0) edited.set_value();
         }
+        if (editsLeft > 0) edited.set_value();
         killer.join();
         frame = status->frame;
         ASSERT_EQ(wall.server->waitForExit(10s), 128 + SIGKILL);
@@ -233,317 +235,6 @@ TEST(Journal, NothingGrantedIsLostThoughTheServerIsKilledAtAnyMoment) {
     EXPECT_EQ(report["journal"]["trouble"], "") << report["journal"].dump();
     EXPECT_GT(report["journal"]["bytes"], 0);
     EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
-}
-
-TEST(Journal, TheViewThatWasSetComesBack) {
-    KeptWall wall;
-    ASSERT_TRUE(wall.start());
-    auto view = [&](std::vector<std::string> words) {
-        std::vector<std::string> command = {program("tessera-ctl"), "--server", wall.address, "view"};
-        command.insert(command.end(), words.begin(), words.end());
-        return run(wall.folder.path(), command, 30s);
-    };
-    ASSERT_EQ(view({"--position", "1", "2", "3"}).exitCode, 0) << view({"--position", "1", "2", "3"}).output;
-    const auto hit = [&] {
-        const auto asker = wall.connect("asker");
-        return asker->pick(32, 18);
-    };
-    const auto before = hit();
-    wall.kill();
-    ASSERT_TRUE(wall.start());
-    const auto after = hit();
-    ASSERT_TRUE(before && after);
-    EXPECT_EQ(after->hit, before->hit);
-    EXPECT_EQ(after->node, before->node);
-    EXPECT_EQ(after->point, before->point);
-}
-
-TEST(Journal, AFullDiskRefusesEditsAndTheWallGoesOn) {
-    KeptWall wall;
-    ASSERT_TRUE(wall.start());
-    wall.kill();
-    // All files of this server end at 64 KiB. (A shell counts in blocks of 512 or 1024 bytes.)
-    const std::string command = "ulimit -f 64; exec " + program("tessera-server") + " --wall " +
-                                smallWall(wall.folder) + " --listen 127.0.0.1:0 --rate 200 " + "--journal " +
-                                wall.journal();
-    Process little(wall.folder.path(), "little", {"/bin/sh", "-c", command});
-    wall.address = little.waitForText("listening on ", 20s).value_or("");
-    ASSERT_FALSE(wall.address.empty()) << little.output();
-    wall.server = std::make_unique<Process>(std::move(little));
-    const auto mover = wall.connect("mover");
-    ASSERT_TRUE(mover);
-    Expected<answer::Committed> committed = answer::Committed{};
-    int made = 0;
-    for (; committed && made < 5'000; ++made) committed = mover->propose(newNode("edit" + std::to_string(made), made));
-    ASSERT_FALSE(committed) << made;
-    EXPECT_NE(committed.error().message.find("cannot be written: File too large"), std::string::npos)
-        << committed.error().message;
-    const auto refused = mover->propose(newNode("late", 1));
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().message.find("it is done"), std::string::npos)
-        << "it is not: " << refused.error().message;
-    const auto loaded = mover->load(kKeptYard);
-    ASSERT_FALSE(loaded);
-    EXPECT_NE(loaded.error().message.find("cannot be written"), std::string::npos) << loaded.error().message;
-    const auto removed = mover->removeNode(findNode(mover->scene(), "/edit1").value());
-    ASSERT_FALSE(removed);
-    EXPECT_NE(removed.error().message.find("cannot be written"), std::string::npos) << removed.error().message;
-    EXPECT_TRUE(findNode(mover->scene(), "/edit1"));
-    EXPECT_TRUE(mover->waitForFrame(10s)) << "nobody is stopped by it";
-    EXPECT_TRUE(wall.server->waitForText("edits are refused until it can", 1s)) << wall.server->output();
-    EXPECT_FALSE(findNode(mover->scene(), "/late"));
-}
-
-/// Lists are sent before they are written: the disk is full, so that others see one that is never written, and the
-/// server is killed.
-TEST(Journal, WhatOthersHaveSeenNeverStandsForSomethingElseThoughItWasNotWritten) {
-    KeptWall wall;
-    std::map<ObjectId, std::string> seen;  // of nodes
-    Sequence last;
-    const auto follow = [&](Application& application) {
-        application.onChanges([&](const ChangeList& list, Sequence sequence) {
-            last = std::max(last, sequence);
-            for (const Creation& creation : list.creations)
-                if (const Node* node = application.scene().get<Node>(creation.id); node && !node->name.empty())
-                    seen[creation.id] = node->name;
-        });
-    };
-    const std::string command = "ulimit -f 64; exec " + program("tessera-server") + " --wall " +
-                                smallWall(wall.folder) + " --scene " + wall.scene +
-                                " --listen 127.0.0.1:0 --rate 200 --journal " + wall.journal();
-    for (int server = 0; server < 3; ++server) {
-        wall.server = std::make_unique<Process>(wall.folder.path(), "little" + std::to_string(server),
-                                                std::vector<std::string>{"/bin/sh", "-c", command});
-        wall.address = wall.server->waitForText("listening on ", 20s).value_or("");
-        ASSERT_FALSE(wall.address.empty()) << wall.server->output();
-        const auto mover = wall.connect("mover");
-        ASSERT_TRUE(mover);
-        for (const auto& [id, name] : seen)
-            if (const Node* node = mover->scene().get<Node>(id)) {
-                EXPECT_EQ(node->name, name) << "#" << id.value;
-            }
-        const std::map<ObjectId, std::string> before = seen;
-        const Sequence lastBefore = last;
-        follow(*mover);
-        Expected<answer::Committed> committed = answer::Committed{};
-        for (int made = 0; committed && made < 5'000; ++made) {
-            const std::string name = "s" + std::to_string(server) + "n" + std::to_string(made);
-            committed = mover->propose(newNode(name, made));
-            if (committed) {
-                EXPECT_GT(committed->sequence, lastBefore) << "another list had this number";
-            }
-        }
-        ASSERT_FALSE(committed) << "the disk was never full";
-        while (const auto polled = mover->poll(100ms))  // the list that is not written
-            if (!*polled) break;
-        std::size_t fresh = 0;
-        for (const auto& [id, name] : seen) {
-            const auto known = before.find(id);
-            EXPECT_TRUE(known == before.end() || known->second == name)
-                << "#" << id.value << " was " << (known == before.end() ? "" : known->second);
-            fresh += known == before.end() ? 1 : 0;
-        }
-        EXPECT_GT(fresh, 1u);
-        wall.kill();
-    }
-}
-
-/// Killed before anything was in it: there is no scene to go on from, and the numbers that were taken count all the
-/// same.
-TEST(Journal, AWallThatWasKilledWhileItWasEmptyIsJoinedAgain) {
-    KeptWall wall;
-    for (int server = 0; server < 2; ++server) {
-        wall.server = std::make_unique<Process>(
-            wall.folder.path(), "empty" + std::to_string(server),
-            std::vector<std::string>{program("tessera-server"), "--wall", smallWall(wall.folder), "--listen",
-                                     "127.0.0.1:0", "--rate", "200", "--journal", wall.journal()});
-        wall.address = wall.server->waitForText("listening on ", 20s).value_or("");
-        ASSERT_FALSE(wall.address.empty()) << wall.server->output();
-        const auto mover = wall.connect("mover");
-        ASSERT_TRUE(mover);
-        if (server == 0) {
-            wall.kill();
-            continue;
-        }
-        const auto committed = mover->propose(newNode("first", 1));
-        ASSERT_TRUE(committed) << committed.error().message;
-        EXPECT_TRUE(findNode(mover->scene(), "/first"));
-    }
-}
-
-/// Its ids begin far on then, and lists name what an Inline is to hold by them.
-TEST(Journal, AFirstStartThatEndsBeforeItsSceneIsThereSpoilsNoLaterOne) {
-    KeptWall wall;
-    (void)wall.folder.write("part.tsct", "node { name: \"part\" transform {} }\n");
-    wall.scene = wall.folder.write("whole.tsct",
-                                   "node { name: \"first\" transform {} }\nnode { name: \"inline\" inline { file: "
-                                   "\"part.tsct\" load: AT_ONCE } }\n");
-    wall.launch();
-    for (int i = 0; i < 2000 && !std::filesystem::exists(wall.journal() + "/last"); ++i)
-        std::this_thread::sleep_for(1ms);
-    wall.kill();
-    ASSERT_TRUE(wall.start()) << wall.server->output();
-    const auto mover = wall.connect("mover");
-    ASSERT_TRUE(mover) << wall.server->output();
-    for (int i = 0; i < 1000 && !findNode(mover->scene(), "/inline/part"); ++i)
-        ASSERT_TRUE(mover->poll(10ms)) << wall.server->output();
-    EXPECT_TRUE(findNode(mover->scene(), "/inline/part")) << wall.server->output();
-}
-
-/// Parts come one in a frame, 50 ms apart: the kill is between two of them.
-TEST(Journal, ALoadThatIsHalfThereWhenTheServerIsKilledIsTakenAway) {
-    KeptWall wall;
-    wall.scene = wall.folder.write("still.tsct", "node { name: \"still\" transform {} }\n");
-    wall.rate = "20";
-    const std::string forest = wall.folder.write(
-        "forest.tsct",
-        "node { name: \"forest\" transform {} node { transform {} repeat { count: 200 step { y: 2 } }\n"
-        "  node { transform {} repeat { count: 200 step { x: 2 } } node { box { size { x: 1 y: 1 z: 1 } } } } } }\n");
-    ASSERT_TRUE(wall.start()) << wall.server->output();
-    const std::unique_ptr<Application> watcher = wall.connect("watcher");
-    ASSERT_TRUE(watcher);
-    ASSERT_TRUE(watcher->propose(newNode("mine", 1)));
-    const std::size_t objects = watcher->scene().objectCount();
-    const StateHash before = watcher->scene().stateHash();
-    std::thread loader([&, application = wall.connect("loader")] { EXPECT_FALSE(application->load(forest)); });
-    const auto deadline = std::chrono::steady_clock::now() + 60s;
-    while (watcher->scene().objectCount() == objects && std::chrono::steady_clock::now() < deadline)
-        if (!watcher->poll(10ms)) break;
-    wall.kill();
-    loader.join();
-    ASSERT_GT(watcher->scene().objectCount(), objects) << "nothing came";
-    ASSERT_FALSE(findNode(watcher->scene(), "/forest"));
-
-    ASSERT_TRUE(wall.start()) << wall.server->output();
-    const std::unique_ptr<Application> after = wall.connect("after");
-    ASSERT_TRUE(after);
-    while (after->scene().objectCount() != objects && std::chrono::steady_clock::now() < deadline)
-        ASSERT_TRUE(after->poll(10ms));
-    EXPECT_EQ(after->scene().stateHash(), before);
-    const auto status = after->status();
-    ASSERT_TRUE(status) << status.error().message;
-    EXPECT_EQ(status->undoDepth, 1u);
-    EXPECT_EQ(status->redoDepth, 0u);
-    const auto undone = after->undo();
-    ASSERT_TRUE(undone) << undone.error().message;
-    EXPECT_FALSE(findNode(after->scene(), "/mine"));
-    const auto loaded = after->load(forest);
-    EXPECT_TRUE(loaded) << loaded.error().message;
-}
-
-/// Movies and the images that they write into: who plays goes on, who stands shows what it showed.
-TEST(Journal, AFilmGoesOnWhereItWasAndOneThatStoodShowsItsPicture) {
-    KeptWall wall;
-    wall.scene = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/gallery/1b-movie.tsct";
-    wall.rate = "60";
-    std::unique_ptr<Application> watcher;
-    ObjectId core;
-    const auto movie = [&] { return *watcher->scene().get<Movie>(core); };
-    const auto pixels = [&] { return watcher->scene().get<Image>(movie().image)->pixels.id(); };
-    const auto restart = [&] {
-        ASSERT_TRUE(wall.start()) << wall.server->output();
-        watcher = wall.connect("watcher");
-        ASSERT_TRUE(watcher);
-        const Expected<ObjectId> node = findNode(watcher->scene(), "/film");
-        ASSERT_TRUE(node) << node.error().message;
-        core = watcher->scene().get<Node>(*node)->core;
-    };
-    const auto until = [&](const auto& there) {
-        const auto deadline = std::chrono::steady_clock::now() + 60s;
-        while (!there() && std::chrono::steady_clock::now() < deadline) ASSERT_TRUE(watcher->poll(100ms));
-        ASSERT_TRUE(there()) << movie().time << movie().problem << wall.server->output();
-    };
-    const auto setMovie = [&](FieldId field, FieldValue value) {
-        ChangeListBuilder list;
-        list.set(core, typeOf<Movie>(), field, value);
-        const auto committed = watcher->propose(list.take());
-        ASSERT_TRUE(committed) << committed.error().message;
-    };
-    ASSERT_NO_FATAL_FAILURE(restart());
-    ASSERT_NO_FATAL_FAILURE(until([&] { return movie().time > 0.1; }));
-    const double seen = movie().time;
-    wall.kill();
-
-    ASSERT_NO_FATAL_FAILURE(restart());
-    EXPECT_GE(movie().time, seen) << "what everybody was told is kept";
-    EXPECT_EQ(movie().problem, "");
-    const double after = movie().time;
-    ASSERT_NO_FATAL_FAILURE(until([&] { return movie().time > after + 0.1; }));
-    EXPECT_EQ(movie().problem, "");
-    ASSERT_NO_FATAL_FAILURE(setMovie(fieldId<&Movie::playing>, toValue(false)));
-    const auto settle = [&] {
-        for (int i = 0; i < 60; ++i) ASSERT_TRUE(watcher->waitForFrame(10s));
-    };
-    ASSERT_NO_FATAL_FAILURE(settle());
-    const auto playing = pixels();
-    const double sought = movie().time + 0.5;
-    ASSERT_NO_FATAL_FAILURE(setMovie(fieldId<&Movie::time>, toValue(sought)));
-    ASSERT_NO_FATAL_FAILURE(until([&] { return pixels() != playing; }));
-    ASSERT_NO_FATAL_FAILURE(settle());
-    const auto stood = pixels();
-    wall.kill();
-
-    ASSERT_NO_FATAL_FAILURE(restart());
-    EXPECT_EQ(movie().time, sought);
-    EXPECT_FALSE(movie().playing);
-    EXPECT_EQ(pixels(), stood);
-    // Its child is new and shows the same picture of this time; the steps of before lead back.
-    ASSERT_NO_FATAL_FAILURE(settle());
-    EXPECT_EQ(pixels(), stood);
-    const auto undone = watcher->undo();
-    ASSERT_TRUE(undone) << undone.error().message;
-    ASSERT_NO_FATAL_FAILURE(until([&] { return movie().time != sought; }));
-    ASSERT_NO_FATAL_FAILURE(until([&] { return pixels() != stood; }));
-    EXPECT_EQ(movie().problem, "");
-}
-
-/// Nobody may read that folder, but for the files that the scene names.
-TEST(Journal, WhatItsSceneNamesIsReadThoughTheNextCommandSaysNothingOfTheScene) {
-    const TemporaryFolder elsewhere;
-    const std::string house =
-        elsewhere.write("house.tsct", R"(node { name: "walls" box { size { x: 1 y: 1 z: 1 } } })");
-    KeptWall wall({"--up", "z"});
-    wall.scene = elsewhere.write("scene.tsct", R"(node { name: "house" inline { file: "house.tsct" load: BY_HAND } })");
-    ASSERT_TRUE(wall.start()) << wall.server->output();
-    ASSERT_TRUE(wall.connect("somebody"));
-    wall.kill();
-    wall.scene.clear();
-    wall.more.clear();
-    ASSERT_TRUE(wall.start()) << wall.server->output();
-    const std::unique_ptr<Application> somebody = wall.connect("somebody");
-    ASSERT_TRUE(somebody);
-    const Aspect& scene = somebody->scene();
-    const Expected<ObjectId> node = findNode(scene, "/scene/house");
-    ASSERT_TRUE(node) << node.error().message;
-    const ObjectId core = scene.get<Node>(*node)->core;
-    ASSERT_EQ(scene.get<Inline>(core)->file, house);
-    ChangeListBuilder want;
-    want.set(core, typeOf<Inline>(), fieldId<&Inline::wanted>, true);
-    ASSERT_TRUE(somebody->propose(want.take()));
-    const auto deadline = std::chrono::steady_clock::now() + 20s;
-    const auto state = [&] { return scene.get<Inline>(core)->state; };
-    while (state() != LoadWords::kThere && state() != LoadWords::kFailed && std::chrono::steady_clock::now() < deadline)
-        ASSERT_TRUE(somebody->poll(1s));
-    EXPECT_EQ(state(), LoadWords::kThere) << scene.get<Inline>(core)->problem;
-}
-
-TEST(Journal, ASecondServerAndAnotherSceneAreRefusedInWords) {
-    KeptWall wall;
-    ASSERT_TRUE(wall.start());
-    ASSERT_TRUE(wall.connect("anybody"));
-    const auto other = [&](const std::string& scene) {
-        return run(wall.folder.path(),
-                   {program("tessera-server"), "--scene", scene, "--journal", wall.journal(), "--frames", "1"}, 20s);
-    };
-    const Outcome second = other(kKeptYard);
-    EXPECT_EQ(second.exitCode, 1) << second.output;
-    EXPECT_NE(second.output.find("in use by tessera-server, pid " + std::to_string(wall.server->pid())),
-              std::string::npos)
-        << second.output;
-    wall.kill();
-    const Outcome another = other(std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/collisions.tsct");
-    EXPECT_EQ(another.exitCode, 2) << another.output;
-    EXPECT_NE(another.output.find("began with --scene " + kKeptYard), std::string::npos) << another.output;
 }
 
 }  // namespace

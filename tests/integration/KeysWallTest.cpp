@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include "common/base/Channel.h"
 #include "common/codec/MessageCodec.h"
@@ -15,6 +14,7 @@
 #include "common/scene/FieldTable.h"
 #include "tests/drill/Network.h"
 #include "tests/integration/LiveWall.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 namespace {
@@ -124,15 +124,14 @@ TEST_F(WallByKeys, AWordForSomeHoursIsARoleUntilItIsRevoked) {
     const std::string file = folder_.write("word", word + "\n");
     EXPECT_EQ(readText(keyFolder() + "/tokens").find(word), std::string::npos);
     const auto whoAmI = [&] { return ctl({"--token-file", file, "whoami"}); };
-    const auto until = std::chrono::steady_clock::now() + 20s;  // the server hears of the file soon
-    while (whoAmI().exitCode != 0 && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(50ms);
+    EXPECT_TRUE(eventually([&] { return whoAmI().exitCode == 0; })) << "the server hears of the file soon";
     EXPECT_HAS(whoAmI().output, "viewer");
     const Outcome refused = ctl({"--token-file", file, "set", "/row[0]", "translation", "0", "7", "0"});
     EXPECT_NE(refused.exitCode, 0);
     EXPECT_HAS(refused.output, "editor");
     EXPECT_HAS(keys({"list"}), "token");
     keys({"revoke", "token/ci"});
-    while (whoAmI().exitCode == 0 && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(50ms);
+    EXPECT_TRUE(eventually([&] { return whoAmI().exitCode != 0; }));
     EXPECT_HAS(whoAmI().output, "has ended");
 }
 

@@ -2,10 +2,9 @@
 
 #include <signal.h>
 
-#include <thread>
-
 #include "common/access/LocalWalls.h"
 #include "common/image/SharedFrame.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 
@@ -47,12 +46,7 @@ std::int64_t LiveWall::shownFrame(const std::string& tile) const {
 }
 
 bool LiveWall::waitForFrame(const std::string& tile, std::int64_t frame, std::chrono::milliseconds timeout) const {
-    const auto deadline = std::chrono::steady_clock::now() + timeout;
-    while (std::chrono::steady_clock::now() < deadline) {
-        if (shownFrame(tile) >= frame) return true;
-        std::this_thread::sleep_for(10ms);
-    }
-    return false;
+    return eventually([&] { return shownFrame(tile) >= frame; }, timeout);
 }
 
 Outcome LiveWall::ctl(std::vector<std::string> words) const {

@@ -11,12 +11,11 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <thread>
 #include <utility>
 
-namespace tessera::test {
+#include "tests/unit/Eventually.h"
 
-using namespace std::chrono_literals;
+namespace tessera::test {
 
 Process::Process(const std::string& folder, const std::string& name, std::vector<std::string> command) : name_(name) {
     static int counter = 0;
@@ -54,27 +53,22 @@ std::string Process::output() const {
 }
 
 std::optional<std::string> Process::waitForText(const std::string& text, std::chrono::milliseconds timeout) {
-    const auto deadline = std::chrono::steady_clock::now() + timeout;
-    for (;;) {
-        const bool ended = !running();
-        const std::string all = output();
-        const std::size_t at = all.find(text);
-        if (at != std::string::npos) {
-            const std::size_t end = all.find('\n', at);
-            if (end != std::string::npos) return all.substr(at + text.size(), end - at - text.size());
-        }
-        if (ended || std::chrono::steady_clock::now() > deadline) return std::nullopt;
-        std::this_thread::sleep_for(5ms);
-    }
+    std::optional<std::string> rest;
+    (void)eventually(
+        [&] {
+            const bool ended = !running();
+            const std::string all = output();
+            const std::size_t at = all.find(text);
+            const std::size_t end = at == std::string::npos ? at : all.find('\n', at);
+            if (end != std::string::npos) rest = all.substr(at + text.size(), end - at - text.size());
+            return ended || rest;
+        },
+        timeout);
+    return rest;
 }
 
 std::optional<int> Process::waitForExit(std::chrono::milliseconds timeout) {
-    const auto deadline = std::chrono::steady_clock::now() + timeout;
-    while (running()) {
-        if (std::chrono::steady_clock::now() > deadline) return std::nullopt;
-        std::this_thread::sleep_for(5ms);
-    }
-    return exit_;
+    return eventually([&] { return !running(); }, timeout) ? exit_ : std::nullopt;
 }
 
 void Process::signal(int number) const {

@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <memory>
-#include <thread>
 
 #include <fmt/format.h>
 
 #include "tests/integration/LiveWall.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 namespace {
@@ -40,12 +40,8 @@ protected:
     }
     /// Within 5 s of the last answer.
     [[nodiscard]] std::size_t leftBytes() {
-        const auto deadline = std::chrono::steady_clock::now() + 5s;
-        std::size_t left = wall_.server().residentBytes();
-        while (left > kMost && std::chrono::steady_clock::now() < deadline) {
-            std::this_thread::sleep_for(20ms);
-            left = wall_.server().residentBytes();
-        }
+        std::size_t left = 0;
+        (void)eventually([&] { return (left = wall_.server().residentBytes()) <= kMost; }, 5s);
         return left;
     }
     static constexpr std::size_t kMost = 300'000'000;

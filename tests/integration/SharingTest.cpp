@@ -9,10 +9,10 @@
 #include <map>
 #include <random>
 #include <set>
-#include <thread>
 
 #include "common/image/Picture.h"
 #include "tests/integration/LiveWall.h"
+#include "tests/unit/Eventually.h"
 #include "tests/unit/Sanitized.h"
 
 namespace tessera::test {
@@ -121,10 +121,10 @@ TEST_F(Sharing, HostsThatAreStoppedAndKilledInTheMiddleSpoilNoPictureOfTheOthers
     ASSERT_TRUE(wall.waitForFrame(tileOf(steady), 3, 60s)) << wall.logs();
     for (int trouble = 0; trouble < 8 && wall.shownFrame(tileOf(steady)) < kFrames - 20; ++trouble) {
         const std::string host = kFourHosts[static_cast<std::size_t>(1 + below(3))];
-        std::this_thread::sleep_for(std::chrono::milliseconds(below(60)));  // any instant of a frame
+        aMoment(random, 60ms);  // any instant of a frame
         if (below(2)) {
             wall.client(host).signal(SIGSTOP);
-            std::this_thread::sleep_for(std::chrono::milliseconds(below(600)));
+            aMoment(random, 600ms);  // no frame comes meanwhile: the wall waits for it, and it is not lost yet
             wall.client(host).signal(SIGCONT);
         } else {
             wall.client(host).signal(SIGKILL);

@@ -12,8 +12,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
-#include <thread>
 #include <vector>
+
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 
@@ -144,11 +145,9 @@ SshServer::SshServer(const std::string& folder, SshPlace place) : place_(std::mo
         command = {"/usr/bin/unshare", "-m", "/bin/sh", "-c", view + start};
     }
     server_ = std::make_unique<Process>(folder_, "sshd", command);
-    for (int i = 0; i < 400 && server_->running(); ++i) {
-        if (answers(place_.address, port_)) return;
-        std::this_thread::sleep_for(25ms);
-    }
-    port_ = 0;
+    bool there = false;
+    (void)eventually([&] { return !server_->running() || (there = answers(place_.address, port_)); });
+    if (!there) port_ = 0;
 }
 
 void SshServer::cutAll() {

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
-#include <thread>
 
 #include "common/base/Version.h"
 #include "tests/integration/StartedWall.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 namespace {
@@ -72,7 +72,7 @@ TEST_F(StartedBySsh, EndsWithALauncherThatIsKilled) {
         started.push_back(std::move(word));
     Process wall(folder_.path(), "wall", std::move(started));
     ASSERT_TRUE(wall.waitForText("role client host east", 60s)) << wall.output();
-    for (int i = 0; i < 1000 && clientsWith("--while-input").size() < 2; ++i) std::this_thread::sleep_for(20ms);
+    EXPECT_TRUE(eventually([] { return clientsWith("--while-input").size() >= 2; })) << wall.output();
     EXPECT_EQ(clientsWith("--while-input").size(), 2u) << wall.output();
     wall.signal(SIGKILL);
     EXPECT_TRUE(allGone(10s));
@@ -82,19 +82,17 @@ TEST_F(StartedBySsh, SaysWhoIsLostWhenConnectionsAreCutAndStartsThemAgain) {
     Process wall(folder_.path(), "wall",
                  command(wallOf(machine(client()), machine(client())), {"--restart", "--verbose"}));
     ASSERT_TRUE(wall.waitForText("role client host east", 60s)) << wall.output();
-    for (int i = 0; i < 1000 && clientsWith("--while-input").size() < 2; ++i) std::this_thread::sleep_for(20ms);
+    EXPECT_TRUE(eventually([] { return clientsWith("--while-input").size() >= 2; })) << wall.output();
     const std::vector<pid_t> before = clientsWith("--while-input");
     sshd_->cutAll();
     EXPECT_TRUE(wall.waitForText("client of host west is lost: the connection to", 20s)) << wall.output();
     EXPECT_TRUE(wall.waitForText("client of host east is lost: the connection to", 20s)) << wall.output();
-    const auto until = std::chrono::steady_clock::now() + 30s;
     const auto renewed = [&] {
         const std::vector<pid_t> now = clientsWith("--while-input");
         return now.size() == 2 &&
                std::ranges::none_of(now, [&](pid_t pid) { return std::ranges::find(before, pid) != before.end(); });
     };
-    while (!renewed() && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(20ms);
-    EXPECT_TRUE(renewed()) << wall.output();
+    EXPECT_TRUE(eventually(renewed, 30s)) << wall.output();
     wall.signal(SIGINT);
     EXPECT_EQ(wall.waitForExit(60s), 0) << wall.output();
     EXPECT_TRUE(allGone(0ms)) << wall.output();

@@ -5,7 +5,8 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <thread>
+
+#include "tests/unit/Eventually.h"
 
 namespace tessera::test {
 
@@ -70,12 +71,7 @@ Picture StartedWall::picture(const std::string& file) {
 }
 
 bool StartedWall::allGone(std::chrono::milliseconds patience) {
-    const auto until = std::chrono::steady_clock::now() + patience;
-    while (!clientsWith("--while-input").empty()) {
-        if (std::chrono::steady_clock::now() > until) return false;
-        std::this_thread::sleep_for(20ms);
-    }
-    return true;
+    return eventually([] { return clientsWith("--while-input").empty(); }, patience);
 }
 
 }  // namespace tessera::test

@@ -9,6 +9,7 @@
 #include <array>
 #include <atomic>
 #include <cstring>
+#include <memory>
 #include <random>
 #include <thread>
 
@@ -76,20 +77,27 @@ private:
 
 class Strangers : public testing::Test {
 protected:
-    Strangers() : wall_({}) {}
-    void SetUp() override {
-        ASSERT_FALSE(wall_.address().empty()) << wall_.server().output();
-        for (const std::string& host : kFourHosts) wall_.startClient(host);
-        ASSERT_TRUE(wall_.waitForFrame("front-0-0", 3, 30s)) << wall_.logs();
+    /// They all come to the same wall.
+    static void SetUpTestSuite() {
+        started_ = std::make_unique<LiveWall>(LiveWallOptions{});
+        ASSERT_FALSE(started_->address().empty()) << started_->server().output();
+        for (const std::string& host : kFourHosts) started_->startClient(host);
+        ASSERT_TRUE(started_->waitForFrame("front-0-0", 3, 30s)) << started_->logs();
+    }
+    static void TearDownTestSuite() {
+        const nlohmann::json report = started_->finish();
+        ASSERT_FALSE(report.is_null()) << started_->logs();
+        EXPECT_TRUE(report["faults"].empty()) << report["faults"].dump(2);
+        started_.reset();
     }
     void TearDown() override {
         const std::int64_t now = wall_.shownFrame("front-0-0");
         EXPECT_TRUE(wall_.waitForFrame("front-0-0", now + 10, 10s)) << wall_.logs();
-        const nlohmann::json report = wall_.finish();
-        ASSERT_FALSE(report.is_null()) << wall_.logs();
-        EXPECT_TRUE(report["faults"].empty()) << report["faults"].dump(2);
     }
-    LiveWall wall_;
+    LiveWall& wall_ = *started_;
+
+private:
+    static inline std::unique_ptr<LiveWall> started_;
 };
 
 TEST_F(Strangers, GarbageIsHungUpOn) {

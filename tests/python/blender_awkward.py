@@ -1,13 +1,13 @@
 """Within Blender: what comes at the wrong moment, and what neither side can show."""
 import gc
 import os
-import time
 from unittest import mock
 
 import bpy
 import tessera
 from blender_cases import OnAWall, principled
-from blender_side import PERIOD, add, box, settle, start, until, update
+from blender_side import add, box, pause, settle, start, until, update
+from eventually import eventually
 
 from tessera_link import pump, scan
 from tessera_link.courier import Courier, Found
@@ -19,7 +19,7 @@ def pumps(count=30):
     for _ in range(count):
         update()
         pump.pump()
-        time.sleep(PERIOD)
+        pause()
 
 
 class Awkward(OnAWall):
@@ -418,9 +418,7 @@ class Whole(OnAWall):
     def test_another_blender_was_first(self):
         """Both found nothing."""
         link = pump.start(self.stage, self.live.address)
-        deadline = time.monotonic() + 60
-        while link.courier.state != "linked" and time.monotonic() < deadline:
-            time.sleep(PERIOD)
+        self.assertTrue(eventually(lambda: link.courier.state == "linked"))
         theirs = self.wall.create("/Stage")
         with self.wall.edit() as edit:
             edit.add(theirs, f"blender-link:{link.key}", edit.object("ApplicationData", key="blender of theirs"))

@@ -2,12 +2,11 @@
 tests/bench/blender.py."""
 import math
 import os
-import time
 import unittest
 
 import bpy
 import numpy as np
-from blender_side import add, box, only, settle, start, until, update
+from blender_side import PERIOD, add, box, only, pause, settle, start, until, update
 from live import Live, run_folder
 from mathutils import Euler, Matrix
 
@@ -293,7 +292,7 @@ class BothWays(OnAWall):
                 thing.location.x = at
                 update()
                 pump.pump()
-                time.sleep(0.01)
+                pause(2 * PERIOD)
             settle()
             while not seen or seen[-1] != 30:
                 for column in next(changes).columns:
@@ -315,7 +314,7 @@ class BothWays(OnAWall):
                 thing.location.x = at
                 update()
                 pump.pump()
-                time.sleep(0.005)
+                pause()
             settle()
         self.wall.undo()
         until("the second one is taken back", lambda: second.location.x == 0)

@@ -1,6 +1,6 @@
 """Within Blender: a file that is linked, and, once Blender has been killed, opened and linked again."""
+import signal
 import sys
-import time
 
 import blender_side
 import bpy
@@ -18,7 +18,7 @@ def first(path, address, saved):
         bpy.ops.wm.save_mainfile()
     print("READY", flush=True)
     while True:
-        time.sleep(1)
+        signal.pause()
 
 
 def second(path, address, saved):

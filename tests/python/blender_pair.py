@@ -3,11 +3,11 @@ files in a folder."""
 import json
 import os
 import sys
-import time
 
 import blender_side
 import bpy
 from blender_side import add, box, only, settle, start, until, update
+from eventually import PATIENCE, eventually
 
 
 def make(path):
@@ -52,8 +52,8 @@ def come(folder, path, address, name):
         found = first(courier, wall, role)
         Courier._take_up = first
         say("found", root=found.root)
-        while not (there("a.found") and there("b.found")):  # of the courier's thread: Blender's pumps meanwhile
-            time.sleep(0.002)
+        # Of the courier's thread: Blender's pumps meanwhile
+        eventually(lambda: there("a.found") and there("b.found"), 10 * PATIENCE)
         return found
 
     Courier._take_up = both_find_nothing

@@ -1,4 +1,5 @@
 """Within Blender: both sides are compared at rest, and whoever moves something meanwhile goes first."""
+import threading
 import time
 from unittest import mock
 
@@ -23,7 +24,7 @@ class Rest(OnAWall):
         bpy.ops.ed.undo_push(message="begin")
         self.link()
         self.step()
-        self.ends = False  # what is slow here
+        self.ends = threading.Event()  # of what is slow here
         self.began = 0
 
     def test_what_is_made_and_moved_here_asks_for_none(self):
@@ -41,10 +42,10 @@ class Rest(OnAWall):
         bpy.ops.ed.undo_push(message="a step")
         settle()
 
-    def lasts(self):
-        """Until it may end."""
+    def lasts(self, pace=0.0):
+        """Until it may end, a step each `pace` seconds."""
         self.began, deadline = self.began + 1, time.monotonic() + HELD
-        while not self.ends and time.monotonic() < deadline:
+        while not self.ends.wait(pace) and time.monotonic() < deadline:
             yield
 
     def slow_tree(self):
@@ -52,8 +53,7 @@ class Rest(OnAWall):
 
         def tree(wall, node):
             for page in first(wall, node):
-                for _ in self.lasts():
-                    time.sleep(0.02)
+                for _ in self.lasts(0.02):
                     yield page
                 yield page
 
@@ -76,7 +76,7 @@ class Rest(OnAWall):
         until("both are compared", lambda: self.began == 2)
         self.wall["/Stage/0"].translation = (0, 0, 7)
         until("the move is here", lambda: bpy.data.objects["0"].location.z == 7, MOST)
-        self.ends = True
+        self.ends.set()
         settle()
         pumps()
         began, sent = self.began, pump.link.counts["sent"]
@@ -104,7 +104,7 @@ class Rest(OnAWall):
             until("all are looked through", lambda: self.began == 1)
             bpy.data.objects["1"].location.z = 5
             until("the move is granted", lambda: self.wall["/Stage/1"].translation[2] == 5, MOST)
-            self.ends = True
+            self.ends.set()
             settle()
         self.assertEqual(pump.link.notes, {})
 
@@ -118,7 +118,7 @@ class Rest(OnAWall):
 
     def test_it_is_made_although_something_moves_all_the_time(self):
         with self.slow_taking_up(), mock.patch("tessera_link.rest._PATIENCE", 1.0):
-            self.ends = True
+            self.ends.set()
             bpy.ops.ed.undo()
             at = iter(range(10000))
 

@@ -32,6 +32,11 @@ def update():
     bpy.context.view_layer.update()
 
 
+def pause(seconds=PERIOD):
+    """Waits as Blender's timer does between two pumps, and a hand between two steps of a drag."""
+    time.sleep(seconds)  # the pace itself is wanted: no event ends it
+
+
 def until(what, condition, most=PUMPS):
     """How many pumps it took."""
     from tessera_link import pump
@@ -41,7 +46,7 @@ def until(what, condition, most=PUMPS):
         link = pump.pump()
         if condition():
             return pumps
-        time.sleep(PERIOD)
+        pause()
     said = ("" if link is None
             else f": {link.courier.state} {link.courier.message}; {link.counts}; {list(link.notes.values())[:5]}")
     raise AssertionError(f"not within {most} pumps: {what}{said}")

@@ -4,7 +4,6 @@ one, `TESSERA_SEED=300-359` many."""
 import os
 import random
 import re
-import time
 import unittest
 
 import bpy
@@ -12,7 +11,7 @@ import numpy as np
 import tessera
 from blender_awkward import pumps
 from blender_cases import turned
-from blender_side import PERIOD, add, box, only, settle, start, until, update
+from blender_side import PERIOD, add, box, only, pause, settle, start, until, update
 from live import Live, run_folder
 
 from tessera_link import pump
@@ -134,7 +133,7 @@ class Storm:
         for _ in range(self.random.randint(1, 40)):
             update()
             pump.pump()
-            time.sleep(PERIOD / 2)
+            pause(PERIOD / 2)
 
     # ---- at the wall
 

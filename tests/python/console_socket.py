@@ -33,6 +33,8 @@ class WebSocket:
         self._stream.close()
         self._connection.close()
 
+    PONG = b"\x8a\x80\0\0\0\0"
+
     @staticmethod
     def frame(text):
         size = bytes([0x80 | len(text)]) if len(text) < 126 else bytes([0xFE]) + len(text).to_bytes(2, "big")

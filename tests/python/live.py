@@ -7,15 +7,14 @@ import re
 import shutil
 import subprocess
 import tempfile
-import time
 from unittest import mock
 
 import tessera
+from eventually import PATIENCE, eventually
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("TESSERA_BUILD", ROOT / "build"))
 BIN = BUILD / "bin"
-PATIENCE = 60.0  # s; machines are shared
 YARD = ROOT / "tests/data/scenes/yard.tsct"
 
 
@@ -63,13 +62,17 @@ class Live:
         for process in reversed(self._processes):
             if process.poll() is None:
                 process.terminate()
+        hung = []
         for process in self._processes:
             try:
                 process.wait(10)
             except subprocess.TimeoutExpired:
+                hung.append(process.args[0])
                 process.kill()
                 process.wait()
         shutil.rmtree(self.folder, ignore_errors=True)
+        if hung and kind is None:
+            raise RuntimeError(f"asked to end, these went on: {', '.join(map(str, hung))}")
 
     def connect(self, **options):
         return tessera.connect(self.address, **{"timeout": PATIENCE, **options})
@@ -115,15 +118,10 @@ class Live:
         command = ["tessera-server", "--wall", self._wall, "--scene", str(self._scene), "--listen",
                    f"127.0.0.1:{self._port}", *self._size, *self._options]
         self.server = self._start(command, "server")
-        deadline = time.monotonic() + PATIENCE
-        while True:
-            found = re.search(r"listening on (127\.0\.0\.1:(\d+))", self.log("server"))
-            # The scene comes after the port
-            if found and re.search(r"scene: \d+ nodes|goes on|journal", self.log("server")):
-                break
-            if self.server.poll() is not None or time.monotonic() > deadline:
-                raise RuntimeError(f"the server did not start: {self.log('server')}")
-            time.sleep(0.02)
+        eventually(lambda: self._listening() or self.server.poll() is not None)
+        found = self._listening()
+        if not found:
+            raise RuntimeError(f"the server did not start: {self.log('server')}")
         self.address, self._port = found.group(1), int(found.group(2))
 
     def start_host(self, host):
@@ -149,11 +147,22 @@ class Live:
         self._processes.append(process)
         return process
 
+    def _listening(self):
+        """Finds its address and port in its log, once its scene is there, too: it comes after the port."""
+        found = re.search(r"listening on (127\.0\.0\.1:(\d+))", self.log("server"))
+        return found if found and re.search(r"scene: \d+ nodes|goes on|journal", self.log("server")) else None
+
     def _wait_until_live(self, hosts):
         with self.connect() as wall:
             for frame in wall.follow("frames", timeout=PATIENCE):
                 if len(frame.shown) == hosts:
                     return
+
+
+def processor_seconds(process):
+    """All its threads have taken so much until now; what they waited does not count."""
+    fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def figure(process, name):

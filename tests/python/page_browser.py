@@ -8,6 +8,8 @@ import shutil
 import signal
 import time
 
+from eventually import eventually
+
 WHY_NOT = next((f"{what} is not installed (./deploy/set-up installs it)" for what, is_there in (
     ("python3-selenium", importlib.util.find_spec("selenium")), ("chromium", shutil.which("chromium")),
     ("chromium-driver", shutil.which("chromedriver"))) if not is_there), "")
@@ -53,14 +55,10 @@ return [...document.querySelectorAll('a, button, input, select, [role=treeitem]'
 
 def until(what, condition):
     """Waits for it, and says what it was waiting for."""
-    deadline = time.monotonic() + PATIENCE
-    while True:
-        found = condition()
-        if found:
-            return found
-        if time.monotonic() > deadline:
-            raise AssertionError(f"not within {PATIENCE:.0f} s: {what}")
-        time.sleep(0.05)
+    found = eventually(condition, PATIENCE)
+    if not found:
+        raise AssertionError(f"not within {PATIENCE:.0f} s: {what}")
+    return found
 
 
 def _below(process):

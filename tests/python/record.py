@@ -8,7 +8,6 @@ import socket
 import sys
 import tempfile
 import threading
-import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 BUILD = pathlib.Path(os.environ.get("TESSERA_BUILD", HERE.parents[1] / "build"))
@@ -17,6 +16,7 @@ sys.path[:0] = [str(BUILD / "python"), str(HERE)]
 import numpy as np  # noqa: E402
 
 import tessera  # noqa: E402
+from eventually import eventually  # noqa: E402
 from live import ROOT, Live, run_folder  # noqa: E402
 from tessera import _wire  # noqa: E402
 from tessera._schema import schema  # noqa: E402
@@ -54,6 +54,11 @@ class Recorder:
         with self._lock:
             self.lines.append(f"# {text}")
 
+    def wait_for_beats(self):
+        """Returns once both sides have said a heartbeat on the control connection."""
+        if not eventually(lambda: {"1>", "1<"} <= self._beats):
+            raise RuntimeError(f"heartbeats came by {self._beats} alone")
+
     def _accept(self):
         for number in (1, 2):
             ours, _ = self._listener.accept()
@@ -81,7 +86,6 @@ class Recorder:
 
 def steps(wall, note):
     """What the session does; test_session.py does the same before a server that plays the file."""
-    time.sleep(0.3)  # heartbeats
     note("How is the wall? (GetStatus)")
     status = wall.status()
     note("What stands at /thing? (GetObjects)")
@@ -120,6 +124,7 @@ def main():
               Live(scene=scene, surface="none", size="64x36", options=["--token-file", str(word)]) as live):
             recorder = Recorder(live.address)
             with tessera.connect(recorder.address, token_file=str(word), name="recorded", timeout=60) as wall:
+                recorder.wait_for_beats()
                 steps(wall, recorder.note)
             # Notices that nobody waited for would be other ones each time.
             lines, told = [], 0

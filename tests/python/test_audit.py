@@ -4,11 +4,11 @@ import json
 import pathlib
 import signal
 import ssl
-import time
 import unittest
 import urllib.request
 
 import tessera
+from eventually import eventually
 from live import PATIENCE, Live, run_folder
 
 
@@ -65,13 +65,14 @@ class Audit(unittest.TestCase):
         places = ["127.0.0.3", "127.0.0.4", "127.0.0.5", "127.0.0.3"]
         with AuditedWall(keys=False) as live:
             address, token = live.link().split("//")[1].split("/?token=")
-            for place in places:
+            for at, place in enumerate(places, 1):
                 door = http.client.HTTPConnection(address, source_address=(place, 0), timeout=PATIENCE)
                 door.request("POST", "/api/MoveNode", b'{"node":"/carriage","translation":[0,2,1]}',
                              {"Authorization": "Bearer " + token})
                 self.assertEqual(door.getresponse().status, 200)
                 door.close()
-                time.sleep(1.1)  # alike within a second is one line
+                # Alike within a second is one line, which is written once it is over
+                self.assertTrue(eventually(lambda: live.audit.read_text().count("\n") == at))
             self.assertEqual([line["from"] for line in live.lines()], places)
 
     def test_a_viewer_who_edits_is_told_of(self):

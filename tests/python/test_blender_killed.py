@@ -1,10 +1,10 @@
 """The add-on for Blender where the server or Blender is killed (blender_cases.py, blender_killed.py)."""
 import os
 import signal
-import time
 import unittest
 
 from blender_process import InBlender, blender
+from eventually import eventually
 from live import PATIENCE, Live, run_folder
 
 
@@ -30,9 +30,7 @@ class BlenderKilled(InBlender):
                 with live.connect() as wall:
                     before = sorted(node.id for node in wall.find("/Stage/**"))
                     self.assertEqual(len(before), 1 + 3 * 3)
-                    deadline = time.monotonic() + PATIENCE
-                    while wall.status().applications > 1 and time.monotonic() < deadline:
-                        time.sleep(0.02)
+                    self.assertTrue(eventually(lambda: wall.status().applications == 1), "Blender has gone")
                     wall["/Stage/box"].translation = (7, 8, 9)  # while nobody is there
                     second = blender(self.folder, "blender_killed", "second", path, live.address, saved)
                     said, _ = second.communicate(timeout=10 * PATIENCE)

@@ -1,4 +1,5 @@
 """Two Blenders with one file, linked to one wall at once (blender_pair.py)."""
+import contextlib
 import json
 import os
 import pathlib
@@ -6,7 +7,9 @@ import tempfile
 import time
 import unittest
 
+import tessera
 from blender_process import InBlender, blender
+from eventually import eventually
 from live import PATIENCE, Live, run_folder
 
 
@@ -57,20 +60,16 @@ class BlenderPair(InBlender):
         pathlib.Path(self.folder, what).touch()
 
     def said(self, what):
-        path, deadline = pathlib.Path(self.folder, what), time.monotonic() + PATIENCE
-        while not path.exists():
-            self.assertLess(time.monotonic(), deadline, what)
-            time.sleep(0.02)
+        path = pathlib.Path(self.folder, what)
+        self.assertTrue(eventually(path.exists), what)
         return json.loads(path.read_text())
 
     def settled(self, wall):
-        """Nothing has been changed for a while."""
-        before, quiet, deadline = None, 0, time.monotonic() + PATIENCE
-        while quiet < 20:
-            self.assertLess(time.monotonic(), deadline, "changes go to and fro")
-            now = wall.status().sequence
-            quiet, before = (quiet + 1, before) if now == before else (0, now)
-            time.sleep(0.05)
+        """Returns once nothing has been changed for a second."""
+        deadline = time.monotonic() + PATIENCE
+        with wall.follow("changes", timeout=1) as changes, contextlib.suppress(tessera.Timeout):
+            for _ in changes:
+                self.assertLess(time.monotonic(), deadline, "changes go to and fro")
 
 
 if __name__ == "__main__":

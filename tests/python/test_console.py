@@ -3,7 +3,6 @@ import importlib.util
 import os
 import pathlib
 import socket
-import time
 import unittest
 import urllib.error
 import urllib.parse
@@ -73,9 +72,12 @@ class Console(unittest.TestCase):
                     other.read()
                 self.assertEqual(figure(live.server, "Threads"), threads, "forty sockets more")
                 offsets = [at * piece % (raw.nbytes - piece) for at in range(pieces)]
-                one.socket.sendall(b"".join(WebSocket.question(at, "GetArray", blob=array, offset=offset, length=piece)
-                                            for at, offset in enumerate(offsets)))
-                time.sleep(0.5)  # it does not read yet: 100 MB would have to wait for it
+                asked = b"".join(WebSocket.question(at, "GetArray", blob=array, offset=offset, length=piece)
+                                 for at, offset in enumerate(offsets))
+                one.socket.sendall(asked)  # it does not read yet: 100 MB would have to wait for it
+                others[1].socket.sendall(asked)
+                for _ in range(2 * pieces):  # all comes to one that asked later
+                    others[1].read()
                 self.assertLess(figure(live.server, "VmRSS") - memory, 60_000, "kB held for one that does not read")
                 others[0].ask(1, "GetStatus")
                 self.assertEqual(others[0].read()["id"], 1)

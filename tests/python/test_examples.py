@@ -24,9 +24,10 @@ class Examples(unittest.TestCase):
                                                        "PYTHONDONTWRITEBYTECODE": "1"})
             try:
                 deadline = time.monotonic() + PATIENCE
-                while program.poll() is None and time.monotonic() < deadline:
-                    meanwhile(watcher)
-                    time.sleep(0.01)
+                with watcher.frames(timeout=PATIENCE) as frames:
+                    while program.poll() is None and time.monotonic() < deadline:
+                        meanwhile(watcher)
+                        next(frames)
                 said, complaints = program.communicate(timeout=PATIENCE)
             finally:
                 program.kill()

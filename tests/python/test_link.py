@@ -15,6 +15,7 @@ from unittest import mock
 import numpy as np
 
 import tessera
+from eventually import eventually
 from live import PATIENCE, Live
 from tessera import _described, _wire
 from tessera._channel import Channel, receive_all
@@ -196,8 +197,7 @@ class Return(unittest.TestCase):
                 next(changes)
                 live.kill_server()
                 answers = []
-                while wall.connected:
-                    time.sleep(0.01)
+                self.assertTrue(eventually(lambda: not wall.connected))
                 waiting = threading.Thread(target=lambda: answers.append(wall.status()))  # it waits for the return
                 waiting.start()
                 live.start_server()
@@ -219,8 +219,7 @@ class Return(unittest.TestCase):
         with Live(surface="none") as live, live.connect(redial=PATIENCE) as wall:
             node = wall["/row"]
             live.kill_server()
-            while wall.connected:
-                time.sleep(0.01)
+            self.assertTrue(eventually(lambda: not wall.connected))
             live.start_server()
             with self.assertRaisesRegex(tessera.NotFound, "before the connection broke"):
                 node.translation = (1, 2, 3)
@@ -234,8 +233,7 @@ class Return(unittest.TestCase):
             edit = wall.edit()
             edit.set(row, translation=(9, 9, 9))
             live.kill_server()
-            while wall.connected:
-                time.sleep(0.01)
+            self.assertTrue(eventually(lambda: not wall.connected))
             live.start_server()
             wall.status()
             before = wall["/row"].translation
@@ -259,8 +257,7 @@ class Return(unittest.TestCase):
                 if reply["generation"] == 0:
                     live.kill_server()
                     live.start_server()
-                    while not wall._link.generation:
-                        time.sleep(0.01)
+                    self.assertTrue(eventually(lambda: wall._link.generation))
                 return really(reply)
             with mock.patch.object(wall, "_told", told):
                 row = wall["/row"]
@@ -332,10 +329,8 @@ class Dropped(unittest.TestCase):
                     wall.show(np.eye(3), "/other")
                 gone = weakref.ref(wall)
                 del wall
-                deadline = time.monotonic() + PATIENCE  # the thread that reads may hold it for a moment
-                while gone() is not None and time.monotonic() < deadline:
-                    time.sleep(0.01)
-                self.assertIsNone(gone())
+                # The thread that reads may hold it for a moment
+                self.assertTrue(eventually(lambda: gone() is None))
             finally:
                 gc.enable()
 
@@ -343,6 +338,10 @@ class Dropped(unittest.TestCase):
         with Live(surface="none") as live:
             def threads():
                 return [each for each in threading.enumerate() if each.name.startswith("tessera ")]
+
+            def ended():
+                gc.collect()
+                return len(threads()) <= before
             before, files = len(threads()), len(os.listdir("/proc/self/fd"))
             for what in ("frames", "contacts", "changes"):
                 wall = live.connect()
@@ -355,11 +354,7 @@ class Dropped(unittest.TestCase):
                 self.assertTrue(wall.connected)
                 self.assertEqual(len(wall._subscriptions._listening()), 1)
                 del wall, kept
-                gc.collect()
-                deadline = time.monotonic() + PATIENCE  # the thread that reads may have been at one of them
-                while len(threads()) > before and time.monotonic() < deadline:
-                    time.sleep(0.01)
-                    gc.collect()
+                eventually(ended)  # the thread that reads may have been at one of them
                 self.assertEqual(len(threads()), before, what)
             self.assertEqual(len(os.listdir("/proc/self/fd")), files)
 
@@ -389,7 +384,7 @@ class Asyncio(unittest.TestCase):
                 made = await wall.create("/async")
                 for _ in range(20):
                     asked = [asyncio.create_task(wall.ask("GetStatus")) for _ in range(4)]
-                    await asyncio.sleep(0)
+                    await asyncio.sleep(0)  # no pause: each task begins, and has asked
                     for one in asked[:2]:
                         one.cancel()
                     told = await asyncio.gather(*asked, return_exceptions=True)

@@ -12,6 +12,7 @@ import time
 import unittest
 
 import tessera
+from eventually import eventually
 from live import BIN, PATIENCE, Live, run_folder
 
 
@@ -96,10 +97,7 @@ class Loads(unittest.TestCase):
         thread.join(PATIENCE)
         self.assertFalse(thread.is_alive())
         self.assertIn("cancelled by", outcome[0])
-        deadline = time.monotonic() + PATIENCE
-        while importer.is_there() and time.monotonic() < deadline:
-            time.sleep(0.02)
-        self.assertFalse(importer.is_there(), "even one that does not move is ended")
+        self.assertTrue(eventually(lambda: not importer.is_there()), "even one that does not move is ended")
         self.assertIn("no file is on its way", self.ctl("loads").stdout)
         said = self.ctl("cancel", str(told[0].load))
         self.assertEqual(said.returncode, 3)
@@ -130,10 +128,7 @@ class Loads(unittest.TestCase):
         os.close(terminal)
         self.assertIn(b"cancelled by", said)
         self.assertEqual(self.wall.ask("GetLoads").loads, [])
-        deadline = time.monotonic() + PATIENCE
-        while importer.is_there() and time.monotonic() < deadline:
-            time.sleep(0.02)
-        self.assertFalse(importer.is_there())
+        self.assertTrue(eventually(lambda: not importer.is_there()))
 
     def test_of_the_first_scene_end_with_the_server(self):
         server = subprocess.Popen([BIN / "tessera-server", "--wall", "1x1", "--scene", str(self.file), "--listen",

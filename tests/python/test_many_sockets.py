@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import resource
+import select
 import shutil
 import socket
 import subprocess
@@ -53,6 +54,12 @@ class ManySockets(unittest.TestCase):
             resource.setrlimit(resource.RLIMIT_NOFILE, (min(1500, before[1]), before[1]))
             resource.prlimit(live.server.pid, resource.RLIMIT_NOFILE, (200, 200))
             door, token = console(live)
+            began = time.monotonic()
+            for _ in range(5):
+                self.assertEqual(figures(door, token), 200)
+                subprocess.run([BIN / "tessera-ctl", "--server", live.address, "whoami"], capture_output=True,
+                               check=True)
+            quiet = (time.monotonic() - began) / 5
             for ports in ([door], [int(live.address.split(":")[1])], [door, int(live.address.split(":")[1])]):
                 silent = [knock(port) for port in ports for _ in range(600)]
                 for _ in range(5):
@@ -60,7 +67,8 @@ class ManySockets(unittest.TestCase):
                     self.assertEqual(figures(door, token), 200)
                     subprocess.run([BIN / "tessera-ctl", "--server", live.address, "whoami"], capture_output=True,
                                    check=True)
-                    self.assertLess(time.monotonic() - began, 5, f"600 at each of {len(ports)} ports")
+                    # The silent ones may stay for ten seconds
+                    self.assertLess(time.monotonic() - began, 5 + 10 * quiet, f"600 at each of {len(ports)} ports")
                 for one in silent:
                     one.close()
 
@@ -88,21 +96,21 @@ class ManySockets(unittest.TestCase):
             self.assertGreater(asked, 0)
             self.assertGreater(frame(live), before + 100, "the wall goes on")
             # What was too much is told so, and closed: each in its turn, some once their system has knocked again.
-            words, open_ = 0, silent[SOCKETS:]
+            words, open_, waits = 0, {one.fileno(): one for one in silent[SOCKETS:]}, select.poll()
+            for number in open_:
+                waits.register(number, select.POLLIN)
             end = time.monotonic() + 60
             while len(open_) > 300 and time.monotonic() < end:
-                left = []
-                for one in open_:
+                for number, _ in waits.poll(1000):
                     try:
-                        said = one.recv(4096)
+                        said = open_[number].recv(4096)
                     except BlockingIOError:
-                        left.append(one)
                         continue
                     except OSError:
                         said = b""
                     words += b"503" in said and json.loads(said.split(b"\r\n\r\n")[1])["error"]["code"] == "limit"
-                open_ = left
-                time.sleep(0.1)
+                    waits.unregister(number)
+                    del open_[number]
             self.assertLessEqual(len(open_), 300)
             self.assertGreater(words, SOCKETS / 2)
             memory = int(pathlib.Path(f"/proc/{live.server.pid}/statm").read_text().split()[1]) * os.sysconf(

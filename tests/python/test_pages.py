@@ -3,8 +3,9 @@ import os
 import pathlib
 import subprocess
 import tempfile
-import time
 import unittest
+
+from eventually import eventually
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -50,10 +51,7 @@ class Pages(unittest.TestCase):
                                     f"until [ -s {folder}/pid ]; do sleep 0.02; done\n```\n")
             self.assertEqual(code, 0, said)
             pid = int(pathlib.Path(folder, "pid").read_text())
-            until = time.monotonic() + 10
-            while os.path.exists(f"/proc/{pid}") and time.monotonic() < until:
-                time.sleep(0.02)
-            self.assertFalse(os.path.exists(f"/proc/{pid}"))
+            self.assertTrue(eventually(lambda: not os.path.exists(f"/proc/{pid}"), 10))
 
 
 if __name__ == "__main__":

@@ -3,10 +3,10 @@ import json
 import os
 import struct
 import threading
-import time
 import unittest
 
 import tessera
+from eventually import eventually
 from live import PATIENCE, Live, run_folder
 
 
@@ -44,11 +44,8 @@ def replace(path, text):
 
 
 def wait_until(holds, what):
-    deadline = time.monotonic() + PATIENCE
-    while not holds():
-        if time.monotonic() > deadline:
-            raise AssertionError(f"{what}: not within {PATIENCE} s")
-        time.sleep(0.02)
+    if not eventually(holds):
+        raise AssertionError(f"{what}: not within {PATIENCE} s")
 
 
 class Changing(Live):

@@ -1,19 +1,18 @@
 """An array that came back, in another handle, outlives the one that was there before: hosts join, and files are
 saved."""
 import pathlib
-import time
 import unittest
 
+from eventually import eventually
 from live import PATIENCE, Live, run_folder
 
 
 class Returning(unittest.TestCase):
     def later(self, wall, frames):
         end = wall.status().frame + frames
-        deadline = time.monotonic() + PATIENCE
-        while wall.status().frame < end:
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.05)
+        with wall.frames(timeout=PATIENCE) as told:
+            while next(told).frame < end:
+                pass
 
     def test_a_text_that_came_back_is_found_by_name_once_the_history_forgets_the_first_one(self):
         with run_folder() as folder, Live(surface="none", options=["--rate", "0"]) as live, live.connect() as wall:
@@ -32,10 +31,7 @@ class Returning(unittest.TestCase):
             process.kill()
             process.wait()
             live.start_host(host)
-            deadline = time.monotonic() + PATIENCE
-            while "is back" not in live.log("server"):
-                self.assertLess(time.monotonic(), deadline, live.log(host))
-                time.sleep(0.05)
+            self.assertTrue(eventually(lambda: "is back" in live.log("server")), live.log(host))
             saved = live.run("tessera-ctl", "--server", live.address, "save", str(pathlib.Path(folder) / "saved.tsct"))
             self.assertEqual(saved.returncode, 0, saved.stderr)
 

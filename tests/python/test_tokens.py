@@ -5,7 +5,6 @@ import re
 import shutil
 import ssl
 import subprocess
-import time
 import unittest
 import urllib.error
 import urllib.parse
@@ -13,6 +12,7 @@ import urllib.request
 
 import tessera
 from console_socket import WebSocket
+from eventually import eventually
 from live import BIN, PATIENCE, Live, run_folder
 
 ROLES = ("viewer", "editor", "operator")
@@ -26,11 +26,9 @@ class SealedWall(Live):
 
 
 def until(what, found):
-    deadline = time.monotonic() + PATIENCE
-    while not (result := found()):
-        if time.monotonic() > deadline:
-            raise AssertionError(what)
-        time.sleep(0.02)
+    result = eventually(found)
+    if not result:
+        raise AssertionError(what)
     return result
 
 

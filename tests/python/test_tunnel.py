@@ -17,6 +17,7 @@ from unittest import mock
 import numpy as np
 
 import tessera
+from eventually import eventually
 from live import BUILD, PATIENCE, ROOT, Live, run_folder
 from test_link import Stranger
 from tessera import _described, _wire
@@ -116,8 +117,7 @@ class Tunnel(unittest.TestCase):
             with self.connect(link, redial=PATIENCE) as wall, wall.frames(timeout=PATIENCE) as frames:
                 node = wall.create("/kept", translation=(1, 2, 3))
                 live.kill_server()
-                while wall.connected:
-                    time.sleep(0.01)
+                self.assertTrue(eventually(lambda: not wall.connected))
                 live.start_server()
                 self.assertEqual(live.link(), link)
                 node.translation = tuple(np.add(node.translation, 1))
@@ -264,7 +264,6 @@ class Strangers(unittest.TestCase):
                 console = Console(connection)
                 console.message()
                 deed(console)
-                time.sleep(PATIENCE)
             return serve
         for deed, what in ((lambda console: console.frame(b"hello", code=1), "text in a channel of bytes"),
                            (lambda console: console.frame(b"", size=1 << 40), "a message of 1099511627776 bytes"),
@@ -279,10 +278,12 @@ class Strangers(unittest.TestCase):
             return lambda connection: (connection.recv(65536), connection.sendall(text),
                                        connection.shutdown(socket.SHUT_WR))
 
+        enough = threading.Event()
+        self.addCleanup(enough.set)
+
         def drip(connection):
-            while True:
+            while not enough.wait(0.05):
                 connection.sendall(b"H")
-                time.sleep(0.05)
         words = b'{"error":{"code":"limit","message":"as many sockets are open as may be"}}'
         for serve, kind, what in (
                 (lambda connection: None, tessera.Timeout, "did not answer in time"),

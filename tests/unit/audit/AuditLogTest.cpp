@@ -9,7 +9,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
+#include "tests/unit/Eventually.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
@@ -142,9 +144,7 @@ TEST_F(AuditFile, WhatARemovedFileWouldTakeIsLostWhereNoneCanBeMade) {
         const std::size_t before = said().size();
         const auto saidNow = [&] { return said().substr(before); };
         const auto says = [&](const std::string& words) {
-            for (int tries = 0; tries < 1000 && saidNow().find(words) == std::string::npos; ++tries)
-                std::this_thread::sleep_for(std::chrono::milliseconds(10));
-            EXPECT_NE(saidNow().find(words), std::string::npos) << saidNow();
+            EXPECT_TRUE(test::eventually([&] { return saidNow().find(words) != std::string::npos; })) << saidNow();
         };
         std::filesystem::remove_all(path());
         const auto file = open();

@@ -1,18 +1,29 @@
 #include "common/base/Workers.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cstdint>
+#include <fstream>
+#include <string>
 #include <thread>
 #include <vector>
+
+#include "tests/unit/Eventually.h"
 
 namespace tessera {
 namespace {
 
-using namespace std::chrono_literals;
+/// A thread of this process waits and does not run (proc_pid_stat(5)).
+bool sleeps(pid_t thread) {
+    std::ifstream file("/proc/self/task/" + std::to_string(thread) + "/stat");
+    std::string line;
+    std::getline(file, line);
+    const std::size_t name = line.rfind(')');
+    return name != std::string::npos && line.substr(name, 3) == ") S";
+}
 
 TEST(Workers, RunEveryTaskOnceWhateverTheirNumber) {
     for (const unsigned threads : {0u, 1u, 2u, 3u, 8u}) {
@@ -46,27 +57,31 @@ TEST(Workers, WhatTasksWroteIsSeenAfterTheRun) {
 TEST(Workers, ShareTheWork) {
     // Each task waits for the other: one thread alone would never end.
     Workers workers(2);
-    for (const auto pause : {0ms, 5ms}) {  // the second time the other thread has gone to sleep
-        std::this_thread::sleep_for(pause);
+    const pid_t caller = ::gettid();
+    for (int round = 0; round < 2; ++round) {
         std::atomic<int> here{0};
-        std::vector<std::thread::id> ids(2);
+        std::vector<pid_t> ids(2);
         workers.run(2, [&](std::size_t i) {
-            ids[i] = std::this_thread::get_id();
+            ids[i] = ::gettid();
             here.fetch_add(1);
             while (here.load() < 2) std::this_thread::yield();
         });
         EXPECT_NE(ids[0], ids[1]);
+        const pid_t other = ids[0] == caller ? ids[1] : ids[0];
+        ASSERT_TRUE(test::eventually([&] { return sleeps(other); })) << "the second round wakes it";
     }
 }
 
 TEST(Workers, TheCallerWaitsForALongTaskOfAnother) {
     Workers workers(2);
     std::atomic<int> ended{0}, begun{0};
-    const std::thread::id caller = std::this_thread::get_id();
+    const pid_t caller = ::gettid();
     workers.run(2, [&](std::size_t) {
         begun.fetch_add(1);
         while (begun.load() < 2) std::this_thread::yield();
-        if (std::this_thread::get_id() != caller) std::this_thread::sleep_for(20ms);  // long past the caller's patience
+        if (::gettid() != caller) {
+            EXPECT_TRUE(test::eventually([&] { return sleeps(caller); })) << "its patience ends before the task does";
+        }
         ended.fetch_add(1);
     });
     EXPECT_EQ(ended, 2);

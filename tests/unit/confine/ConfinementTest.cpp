@@ -18,6 +18,7 @@
 #include <array>
 #include <fstream>
 #include <functional>
+#include <latch>
 #include <thread>
 
 #include "common/base/ChildProgram.h"
@@ -154,11 +155,11 @@ TEST_P(Confinement, EndsWhatNeverEnds) {
 TEST_P(Confinement, OfSeveralThreadsIsRefused) {
     if (kSanitized) GTEST_SKIP() << "a sanitizer may have threads of its own";
     const int status = inFork([&] {
-        std::jthread other([](const std::stop_token& stop) {
-            while (!stop.stop_requested()) ::usleep(1000);
-        });
+        std::latch over(1);
+        const std::jthread other([&] { over.wait(); });
         const bool bounded = boundResources(GetParam(), ::getppid()).has_value();
         const Expected<void> done = confine(GetParam(), own());
+        over.count_down();
         return bounded && !done && done.error().message.find("several threads") != std::string::npos ? 0 : 1;
     });
     EXPECT_EQ(status, 0);

@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <random>
 #include <vector>
 
 #include "SealedPeer.h"
 #include "server/door/Door.h"
+#include "tests/unit/Eventually.h"
 #include "tests/unit/tls/WallOfKeys.h"
 
 namespace tessera {
@@ -278,6 +280,7 @@ TEST_F(SealedDoor, OfOneNameThereAreNoMoreThanLeaveRoomForOthers) {
 
 /// Its look at the keys is a timer: whenever that is due it does not keep the door from ending.
 TEST_F(SealedDoor, EndsWheneverItLooksAtItsKeys) {
+    std::mt19937 random(1);
     for (int round = 0; round < 40; ++round) {
         DoorOptions options{.listen = {"127.0.0.1", 0},
                             .server = {"127.0.0.1", backlog.port},
@@ -287,7 +290,7 @@ TEST_F(SealedDoor, EndsWheneverItLooksAtItsKeys) {
         options.reach.look = std::chrono::milliseconds(0);
         auto another = Door::open(options);
         ASSERT_TRUE(another);
-        std::this_thread::sleep_for(std::chrono::microseconds(200 * (round % 7)));
+        test::aMoment(random, 1200us);
     }
 }
 

@@ -10,8 +10,10 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <random>
 #include <thread>
 
+#include "tests/unit/Eventually.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
@@ -151,7 +153,9 @@ TEST(SharedFrame, AReadyPictureIsShownByAnotherThanItsWriter) {
 TEST(SharedFrame, OutlivesAWriterKilledAtAnyInstant) {
     const test::TestFolder folder;
     const std::string path = folder / "shown.frame";
+    std::mt19937 random(1);
     for (int run = 0; run < 10; ++run) {
+        const auto left = readSharedFrame(path);  // by the last one
         const pid_t child = ::fork();
         ASSERT_GE(child, 0);
         if (child == 0) {
@@ -167,8 +171,11 @@ TEST(SharedFrame, OutlivesAWriterKilledAtAnyInstant) {
             ::_exit(1);
         }
         // A loaded machine may take its time to start the child; what is killed is a writer at work.
-        for (int wait = 0; wait < 10'000 && !readSharedFrame(path); ++wait) ::usleep(1'000);
-        ::usleep(static_cast<useconds_t>(3'000 + 1'300 * run));
+        EXPECT_TRUE(test::eventually([&] {
+            const auto shown = readSharedFrame(path);
+            return shown && (!left || shown->frame != left->frame);
+        }));
+        test::aMoment(random, std::chrono::milliseconds(16));
         ::kill(child, SIGKILL);
         ::waitpid(child, nullptr, 0);
         const auto shown = readSharedFrame(path);
@@ -200,12 +207,12 @@ TEST(SharedFrame, NeverGivesAReaderATornImage) {
     ASSERT_TRUE(writer);
     showFrame(*writer, 0);
     std::atomic<bool> stop = false;
-    std::thread writing([&] {
+    std::thread writing([&, random = std::mt19937(1)]() mutable {
         for (std::uint64_t frame = 1; !stop; ++frame) {
             writer->prepare(frame, pictureOf(frame));
             if (!writer->show()) return;
             // A frame takes time; a writer that does nothing but flip would leave no reader an instant.
-            std::this_thread::sleep_for(std::chrono::microseconds(200));
+            test::aMoment(random, std::chrono::microseconds(400));
         }
     });
     std::uint64_t last = 0;

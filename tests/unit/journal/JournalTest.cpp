@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "tests/unit/Eventually.h"
 #include "tests/unit/journal/KeptShow.h"
 
 namespace tessera {
@@ -78,13 +79,12 @@ TEST(Journal, IsBoundedBySnapshots) {
             ASSERT_TRUE(test::waitUntilWritten(*opened->journal));
         }
         // A snapshot that is being made ends by itself; then there is one, and what is before it has gone.
-        const auto deadline = std::chrono::steady_clock::now() + 20s;
-        while (std::ranges::none_of(test::filesIn(folder / "wall"),
-                                    [](const std::string& n) { return n.starts_with("snapshot"); })) {
-            ASSERT_LT(std::chrono::steady_clock::now(), deadline);
-            kept.frames(*opened->journal, 1);
-            std::this_thread::sleep_for(10ms);
-        }
+        ASSERT_TRUE(test::eventually([&] {
+            const bool made = std::ranges::any_of(test::filesIn(folder / "wall"),
+                                                  [](const std::string& n) { return n.starts_with("snapshot"); });
+            if (!made) kept.frames(*opened->journal, 1);
+            return made;
+        }));
         written = opened->journal->writtenBytes();
     }
     EXPECT_GT(written, 0u);
@@ -288,9 +288,7 @@ TEST(Journal, AFullDiskIsSaidAndWhatWaitsIsWrittenOnceThereIsRoom) {
     const rlimit little{.rlim_cur = journal.writtenBytes() + 100, .rlim_max = before.rlim_max};
     ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &little), 0);
     kept.frames(journal, 20);
-    const auto deadline = std::chrono::steady_clock::now() + 10s;
-    while (!journal.trouble() && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
-    ASSERT_TRUE(journal.trouble());
+    ASSERT_TRUE(test::eventually([&] { return journal.trouble().has_value(); }));
     EXPECT_NE(journal.trouble()->message.find("cannot be written: File too large"), std::string::npos)
         << journal.trouble()->message;
     EXPECT_LT(journal.written(), journal.handed());

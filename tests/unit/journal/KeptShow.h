@@ -9,6 +9,7 @@
 
 #include "server/sim/frame/Simulation.h"
 #include "server/sim/journal/Journal.h"
+#include "tests/unit/Eventually.h"
 #include "tests/unit/ReadableLog.h"
 #include "tests/unit/TestFolder.h"
 #include "tests/unit/journal/ModelDisk.h"
@@ -55,14 +56,9 @@ inline void goOn(Simulation& simulation, Journal::Opened& opened) {
     simulation.skipNumbers(opened.nextId, opened.behind);
 }
 
-/// Waits until all that was handed over is written. False: it took ten seconds.
+/// Waits until all that was handed over is written. False: it took too long.
 inline bool waitUntilWritten(const Journal& journal) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-    while (journal.written() < journal.handed()) {
-        if (std::chrono::steady_clock::now() > deadline) return false;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return true;
+    return eventually([&] { return journal.written() >= journal.handed(); });
 }
 
 /// The show's frames into a journal. By sequence, every state that was committed is in `standings`.

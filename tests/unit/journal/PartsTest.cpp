@@ -1,5 +1,6 @@
 /// A server that ends while something is on its way that is too large for one frame.
 #include "server/sim/frame/LoadParts.h"
+#include "tests/unit/Eventually.h"
 #include "tests/unit/journal/KeptShow.h"
 
 namespace tessera {
@@ -35,11 +36,9 @@ public:
         test::goOn(*simulation, *opened_);
         number_ = opened_->state.nextFrame;
         if (limits_.compactBytes > 1 || !opened_->state.begun) return;
-        const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-        while (test::filesIn(folder_ / "wall").size() != 2) {  // a snapshot, and the log that begins with it
-            ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "no snapshot was made";
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
+        // A snapshot, and the log that begins with it.
+        ASSERT_TRUE(test::eventually([&] { return test::filesIn(folder_ / "wall").size() == 2; }))
+            << "no snapshot was made";
     }
     FrameResult frame(std::vector<Edit> edits = {}) {
         FrameResult result = simulation->step(number_ == FrameNumber(0), std::move(edits));

@@ -2,8 +2,8 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <thread>
 
+#include "tests/unit/Eventually.h"
 #include "tests/unit/journal/KeptShow.h"
 
 namespace tessera {
@@ -72,12 +72,10 @@ protected:
         ASSERT_FALSE(journal->trouble()) << journal->trouble()->message;
     }
     void waitForTrouble() {
-        for (const auto end = std::chrono::steady_clock::now() + 10s; !journal->trouble();
-             std::this_thread::sleep_for(1ms))
-            ASSERT_LT(std::chrono::steady_clock::now(), end) << theft.what << ": nobody noticed";
-        for (const auto end = std::chrono::steady_clock::now() + 10s;
-             words.said().find("the journal ends here: ") == std::string::npos; std::this_thread::sleep_for(1ms))
-            ASSERT_LT(std::chrono::steady_clock::now(), end) << theft.what << ": nothing was said";
+        ASSERT_TRUE(test::eventually([&] { return journal->trouble().has_value(); }, 10s))
+            << theft.what << ": nobody noticed";
+        const auto isSaid = [&] { return words.said().find("the journal ends here: ") != std::string::npos; };
+        ASSERT_TRUE(test::eventually(isSaid, 10s)) << theft.what << ": nothing was said";
         EXPECT_NE(journal->trouble()->message.find(theft.said), std::string::npos) << journal->trouble()->message;
         EXPECT_NE(words.said().find("the journal ends here: "), std::string::npos) << words.said();
         EXPECT_NE(words.said().find(theft.said), std::string::npos) << words.said();

@@ -5,14 +5,15 @@
 #include <sys/wait.h>
 
 #include <chrono>
-#include <thread>
 
+#include "tests/unit/Eventually.h"
 #include "tests/unit/launcher/Stage.h"
 
 namespace tessera {
 namespace {
 
 using namespace std::chrono_literals;
+using test::eventually;
 
 class ChildProcess : public test::Stage {
 protected:
@@ -28,11 +29,9 @@ protected:
         return all;
     }
     static std::optional<ChildEnd> endOf(Child& child) {
-        for (int i = 0; i < 1000; ++i) {
-            if (const std::optional<ChildEnd> end = child.reap()) return end;
-            std::this_thread::sleep_for(10ms);
-        }
-        return std::nullopt;
+        std::optional<ChildEnd> end;
+        (void)eventually([&] { return (end = child.reap()).has_value(); });
+        return end;
     }
     /// Gone, or dead and waiting for whoever has inherited it to notice.
     [[nodiscard]] bool gone(pid_t pid) const {
@@ -112,8 +111,7 @@ TEST_F(ChildProcess, IsSeenToBeStoppedAndKilled) {
     ASSERT_TRUE(child);
     EXPECT_FALSE(child->stopped());
     child->send(SIGSTOP);
-    for (int i = 0; i < 500 && !child->stopped(); ++i) std::this_thread::sleep_for(10ms);
-    EXPECT_TRUE(child->stopped());
+    EXPECT_TRUE(eventually([&] { return child->stopped(); }));
     EXPECT_TRUE(child->stopped()) << "asking does not change it";
     child->send(SIGKILL);
     const std::optional<ChildEnd> end = endOf(*child);
@@ -152,10 +150,7 @@ TEST_F(ChildProcess, TakesAlongWhatItStarted) {
             Child::start({.program = starter, .arguments = {how == std::string("ended") ? "0" : "30"}});
         ASSERT_TRUE(child);
         std::vector<std::string> lines;
-        for (int i = 0; i < 1000 && lines.empty(); ++i) {
-            lines = child->readLines(Child::kOut);
-            if (lines.empty()) std::this_thread::sleep_for(10ms);
-        }
+        (void)eventually([&] { return !(lines = child->readLines(Child::kOut)).empty(); });
         ASSERT_EQ(lines.size(), 1u) << how;
         const pid_t its = std::stoi(lines[0]);
         if (how == std::string("destroyed")) {
@@ -164,8 +159,7 @@ TEST_F(ChildProcess, TakesAlongWhatItStarted) {
             if (how == std::string("terminated")) child->send(SIGTERM);
             ASSERT_TRUE(endOf(*child)) << how;
         }
-        for (int i = 0; i < 500 && !gone(its); ++i) std::this_thread::sleep_for(10ms);
-        EXPECT_TRUE(gone(its)) << how;
+        EXPECT_TRUE(eventually([&] { return gone(its); })) << how;
     }
 }
 
@@ -186,8 +180,7 @@ TEST_F(ChildProcess, DoesNotOutliveAParentThatIsKilled) {
     ::close(ends[0]);
     ::close(ends[1]);
     ASSERT_GT(grandchild, 0);
-    for (int i = 0; i < 500 && !gone(grandchild); ++i) std::this_thread::sleep_for(10ms);
-    EXPECT_TRUE(gone(grandchild));
+    EXPECT_TRUE(eventually([&] { return gone(grandchild); }));
 }
 
 TEST_F(ChildProcess, LongLinesAreCut) {

@@ -7,7 +7,6 @@
 
 #include <fstream>
 #include <random>
-#include <thread>
 
 #include "common/cores/Image.h"
 #include "common/cores/Movie.h"
@@ -15,6 +14,7 @@
 #include "server/movies/Movies.h"
 #include "server/sim/desk/FilmFiles.h"
 #include "server/sim/frame/Simulation.h"
+#include "tests/unit/Eventually.h"
 #include "tests/unit/TestFolder.h"
 #include "tests/unit/movies/NumberedFilm.h"
 #include "tests/unit/movies/Seed.h"
@@ -79,14 +79,12 @@ public:
                                 : numberIn(now.pixels.as<std::uint8_t>(), static_cast<int>(now.widthPx),
                                            static_cast<int>(now.heightPx));
     }
-    /// Frames, at the pace of a wall, until something holds; false: not within 20 s.
+    /// Frames, at the pace of a wall, until something holds; false: not in time.
     bool until(const std::function<bool()>& holds) {
-        for (int i = 0; i < 4000; ++i) {
+        return eventually([&] {
             frame();
-            if (holds()) return true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        }
-        return false;
+            return holds();
+        });
     }
     bool showsOrFails(ObjectId id) {
         return until([&] { return number(id) >= 0 || !movie(id).problem.empty(); });
@@ -191,13 +189,12 @@ TEST_F(MoviesTest, AGreatSpeedLeavesOutAndPilesNothingUp) {
     ASSERT_TRUE(cinema_.showsOrFails(id));
     const std::uint64_t before = cinema_.movies_.requests();
     std::set<int> seen;
-    for (int i = 0; i < 200; ++i) {
-        cinema_.frame();
+    unsigned frames = 0;
+    EXPECT_TRUE(cinema_.until([&] {
         seen.insert(cinema_.number(id));
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    EXPECT_GE(seen.size(), 3u);
-    EXPECT_LE(cinema_.movies_.requests() - before, 200u + Movies::kMostAhead);
+        return ++frames >= 200 && seen.size() >= 3;
+    })) << seen.size();
+    EXPECT_LE(cinema_.movies_.requests() - before, frames + Movies::kMostAhead);
     ASSERT_TRUE((cinema_.set<&Movie::playing>(id, false)));
     const int there = static_cast<int>(cinema_.movie(id).time / 0.04);
     EXPECT_TRUE(cinema_.until([&] { return std::abs(cinema_.number(id) - there) <= 1; }))
@@ -327,7 +324,7 @@ TEST_F(MoviesTest, RandomHistoriesEndWithThePictureThatIsDue) {
             default:
                 cinema_.frame();
         }
-        if (random() % 4 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
+        if (random() % 4 == 0) aMoment(random, std::chrono::milliseconds(6));
     }
     for (const ObjectId id : ids) {
         if (!cinema_.simulation_.scene().get<Movie>(id) || !cinema_.movie(id).image) continue;
@@ -348,12 +345,11 @@ TEST_F(MoviesTest, WhoWorksThoughNothingIsAskedIsEnded) {
     auto process = FilmProcess::start(FileHandle(::open("/dev/null", O_RDONLY | O_CLOEXEC)), program);
     ASSERT_TRUE(process) << process.error().message;
     std::string problem;
-    const TimePoint begun = clockNow();
-    while (problem.empty() && clockNow() - begun < std::chrono::seconds(60)) {
+    EXPECT_TRUE(eventually([&] {
         const auto frames = process->poll(clockNow());
         if (!frames) problem = frames.error().message;
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+        return !frames;
+    }));
     EXPECT_EQ(problem, "who decodes it works though nothing is asked of it");
 }
 
@@ -386,16 +382,12 @@ TEST_F(MoviesTest, BrokenFilmsCostTheirChildAndOneMessage) {
             process->ask({.flags = random() % 2 == 0 ? FilmRequest::kFollowing | FilmRequest::kLoop : 0,
                           .seconds = 0.05 * static_cast<double>(random() % 10)},
                          clockNow());
-            const TimePoint begun = clockNow();
-            for (bool answered = false; !answered && problem.empty();) {
-                auto frames = process->poll(clockNow());
-                if (!frames)
-                    problem = frames.error().message;
-                else
-                    answered = !frames->empty();
-                ASSERT_LT(clockNow() - begun, std::chrono::seconds(FilmProcess::kSeconds + 5));
-                if (!answered) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-            }
+            const auto answers = [&] {
+                const auto frames = process->poll(clockNow());
+                if (!frames) problem = frames.error().message;
+                return !frames || !frames->empty();
+            };
+            ASSERT_TRUE(eventually(answers, std::chrono::seconds(FilmProcess::kSeconds + 5)));
         }
         EXPECT_NE(problem, "who decodes it says nonsense");
         problem.empty() ? ++shown : ++refused;

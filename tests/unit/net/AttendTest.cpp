@@ -7,6 +7,7 @@
 
 #include "Peers.h"
 #include "common/net/AbsenceTimer.h"
+#include "tests/unit/Eventually.h"
 #include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
@@ -16,6 +17,7 @@ using namespace std::chrono_literals;
 using link_event::Closed;
 using link_event::Opened;
 using link_event::Received;
+using test::eventually;
 using test::pattern;
 using test::Peer;
 
@@ -92,8 +94,7 @@ TEST(Attend, TheThreadInsideTakesOverFromOneThatIsAway) {
         (void)client->attend(now() + 1ms);
         const int before = client.deliveredInside();
         server->send(accepted, 1, 1_epoch, share(pattern(10)));
-        for (const TimePoint end = now() + test::kPatience; client.deliveredInside() == before && now() < end;)
-            std::this_thread::sleep_for(1ms);
+        EXPECT_TRUE(eventually([&] { return client.deliveredInside() > before; }, test::kPatience));
         EXPECT_EQ(client.deliveredInside(), before + 1) << round;
         client->send(link, 2, 1_epoch, share(pattern(20)));
         EXPECT_EQ(server.next<Received>().type, 2);
@@ -110,8 +111,9 @@ TEST(Attend, EndsInTimeAndWhenWoken) {
     idle->wake();
     EXPECT_TRUE(idle->attend(now() + 10min)) << "woken before";
     std::thread other([&] {
+        std::mt19937 random(1);
         for (int i = 0; i < 100; ++i) {
-            std::this_thread::sleep_for(100us);
+            test::aMoment(random, 200us);
             idle->wake();
         }
     });
@@ -141,7 +143,7 @@ TEST(Attend, OrderStaysWhoeverWrites) {
         const bool large = below(100) == 0;
         client->send(link, 1, Epoch(i), share(pattern(large ? 1 << 20 : below(200))));
         if (below(20) == 0) (void)client.next(Duration(below(2'000'000)));
-        if (below(100) == 0) std::this_thread::sleep_for(Duration(below(12'000'000)));
+        if (below(100) == 0) test::aMoment(random, 12ms);
     }
     reader.join();
     // The reader may have the last one before the thread that has written it notes that it is gone.
@@ -180,8 +182,7 @@ TEST(Attend, LargeMessagesAreLeftToTheThreadInside) {
     client->send(link, 1, 1_epoch, big);
     EXPECT_FALSE(client->attend(now() + 10min));
     EXPECT_TRUE(server.next<Received>().payload == *big);
-    std::this_thread::sleep_for(TcpTransport::kQuiet + 50ms);
-    EXPECT_TRUE(client->attend(now() + 1ms));
+    EXPECT_TRUE(eventually([&] { return client->attend(now() + 1ms); })) << "nothing large has come for a while";
     server->send(accepted, 1, 1_epoch, big);
     const int before = client.deliveredInside();
     EXPECT_TRUE(client.next<Received>().payload == *big);

@@ -294,11 +294,15 @@ TEST(Transport, APeerWhoseMessagesNobodyTakesIsHeldBack) {
     for (int i = 0; i < kMessages; ++i) client->send(link, 1, 0_epoch, part);
     const LinkId accepted = server.next<Opened>().link;
 
-    int handedOut = 0;
-    for (; auto event = server.any(300ms);)
-        if (std::holds_alternative<Received>(event->what)) ++handedOut;
-    EXPECT_GE(handedOut, 10);
-    EXPECT_LE(handedOut, 12);  // the bound, and one message above it
+    const auto untilHeldBack = [&] {
+        int handedOut = 0;
+        for (; auto event = server.any(300ms);)
+            if (std::holds_alternative<Received>(event->what)) ++handedOut;
+        EXPECT_GE(handedOut, 10);
+        EXPECT_LE(handedOut, 12);  // the bound, and one message above it
+        return handedOut;
+    };
+    const int handedOut = untilHeldBack();
     EXPECT_GT(client->queuedBytes(link), 0u);
 
     for (int taken = 0; taken < kMessages; ++taken) {
@@ -308,21 +312,21 @@ TEST(Transport, APeerWhoseMessagesNobodyTakesIsHeldBack) {
     EXPECT_FALSE(server.any(50ms));
     // One that is held back can be closed: what it says is read to its end.
     for (int i = 0; i < 20; ++i) client->send(link, 1, 0_epoch, part);
-    server.next<Received>();
-    std::this_thread::sleep_for(100ms);
+    untilHeldBack();
     server->close(accepted, "enough");
     EXPECT_EQ(server.next<Closed>().reason, "enough");
 }
 
 TEST(Transport, BytesOfAMessageThatIsNotWholeAreHeardOf) {
-    Peer server;
+    TransportLimits limits;
+    limits.heardEvery = 0ms;
+    Peer server(std::move(limits));
     BareSocket slow(server.listen());
     const LinkId link = server.next<Opened>().link;
     const Bytes frame = frameBytes(1, pattern(1000));
     for (std::size_t at = 0; at < 500; at += 100) {
         slow.say(ByteSpan(frame).subspan(at, 100));
         EXPECT_EQ(server.next<link_event::Heard>().link, link);
-        std::this_thread::sleep_for(30ms);  // they are told of once in a while, not for each byte
     }
     slow.say(ByteSpan(frame).subspan(500));
     EXPECT_EQ(server.next<Received>().payload, pattern(1000));
@@ -436,7 +440,8 @@ TEST(Transport, OfManyThatSayNothingTheOldestGivesWayOnceItHasHadItsTime) {
     for (int i = 0; i < 3; ++i) silent.emplace_back(port);
     BareSocket slow(port);
     for (int i = 0; i < 4; ++i) silent.emplace_back(port);
-    std::this_thread::sleep_for(150ms);
+    // Half of its time is over, and nobody has had to go.
+    for (; auto event = server.any(150ms);) EXPECT_FALSE(std::holds_alternative<Closed>(event->what));
     slow.say(frameBytes(1, pattern(3)));
     EXPECT_EQ(server.next<Received>().payload, pattern(3));
     Bytes word = frameBytes(7, pattern(5));
@@ -487,7 +492,7 @@ TEST(Transport, RunningOutOfDescriptorsStopsNothing) {
     noneLeft();
     const auto cpuBefore = std::clock();
     BareSocket starved(port);
-    std::this_thread::sleep_for(300ms);
+    for (; auto event = server.any(300ms);) EXPECT_FALSE(std::holds_alternative<Opened>(event->what));
     const double cpuSeconds = static_cast<double>(std::clock() - cpuBefore) / CLOCKS_PER_SEC;
     client->send(link, 1, 0_epoch, share(pattern(10)));
     EXPECT_EQ(server.next<Received>().payload, pattern(10));

@@ -6,8 +6,10 @@
 
 #include <atomic>
 #include <filesystem>
+#include <random>
 #include <thread>
 
+#include "tests/unit/Eventually.h"
 #include "tests/unit/output/OutputScenes.h"
 
 namespace tessera::test {
@@ -45,9 +47,9 @@ TEST_F(ShownPairs, NeverMixFrames) {
         for (std::uint64_t frame = 2; frame <= kFrames; ++frame) {
             const bool rightFirst = random() % 4 == 0;
             show(rightFirst ? right : left, frame);
-            if (random() % 2 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 3000));
+            if (random() % 2 == 0) aMoment(random, 3ms);
             show(rightFirst ? left : right, frame);
-            if (random() % 2 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 3000));
+            if (random() % 2 == 0) aMoment(random, 3ms);
         }
         over = true;
     });

@@ -11,9 +11,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <thread>
 
 #include "common/base/Channel.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera {
 namespace {
@@ -103,8 +103,7 @@ TEST(TileWindows, WhereNobodyListensThereIsNoSocket) {
     wall.hosts = {{"host", {{"front", 0, 0, Eye::kCenter, "viewer"}}}};
     TileWindows windows({.program = "/bin/sh", .output = folder.string()}, log);
     windows.follow(wall, tilesOf(wall, "host"));
-    for (int i = 0; i < 200 && !std::filesystem::exists(folder / "done"); ++i) std::this_thread::sleep_for(50ms);
-    EXPECT_TRUE(std::filesystem::exists(folder / "done"));
+    EXPECT_TRUE(test::eventually([&] { return std::filesystem::exists(folder / "done"); }));
     EXPECT_FALSE(std::filesystem::exists(folder / "heard"));
     std::filesystem::remove_all(folder);
 }
@@ -124,14 +123,14 @@ struct TwoScreens {
     ~TwoScreens() {
         // A window that is ended leaves its mv behind, which may still be renaming.
         std::error_code busy;
-        for (int i = 0; i < 100 && std::filesystem::exists(folder, busy); ++i) {
+        (void)test::eventually([&] {
             std::filesystem::remove_all(folder, busy);
-            if (busy) std::this_thread::sleep_for(20ms);
-        }
+            return !std::filesystem::exists(folder, busy);
+        });
     }
     std::string said(const std::string& tile) const {
         const auto file = folder / "tiles" / tile / "shown.frame.said";
-        for (int i = 0; i < 200 && !std::filesystem::exists(file); ++i) std::this_thread::sleep_for(50ms);
+        (void)test::eventually([&] { return std::filesystem::exists(file); });
         std::string text;
         std::ifstream in(file);
         std::getline(in, text);

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "tests/property/Seeds.h"
+#include "tests/unit/Eventually.h"
 #include "tests/unit/scene/SceneEdits.h"
 
 namespace tessera {
@@ -83,7 +84,7 @@ TEST(AspectFeed, ReadersInThreadsOfTheirOwnSeeStatesThatWere) {
         std::array<std::atomic<bool>, kReaders> fine{};
         std::vector<std::thread> threads;
         for (int i = 0; i < kReaders; ++i)
-            threads.emplace_back([&, i] {
+            threads.emplace_back([&, i, own = Random(static_cast<std::uint64_t>(i))]() mutable {
                 AspectReader& reader = *readers[static_cast<std::size_t>(i)];
                 while (!stop) {
                     const std::uint64_t end = last;
@@ -97,7 +98,7 @@ TEST(AspectFeed, ReadersInThreadsOfTheirOwnSeeStatesThatWere) {
                     std::size_t sum = 0;
                     for (const ObjectId id : reader.scene().ids()) sum += reader.scene().find(id).is<Node>();
                     if (sum == 0) return;
-                    if (i > 0 && !*caught) std::this_thread::sleep_for(std::chrono::microseconds(50 << (2 * i)));
+                    if (i > 0 && !*caught) test::aMoment(own, std::chrono::microseconds(100 << (2 * i)));
                 }
             });
         std::uint64_t published = 0, nextId = 100;
@@ -125,11 +126,10 @@ TEST(AspectFeed, ReadersInThreadsOfTheirOwnSeeStatesThatWere) {
         const auto allDone = [&] {
             return std::ranges::all_of(fine, [](const std::atomic<bool>& one) { return one.load(); });
         };
-        for (int i = 0; i < 100'000 && !allDone(); ++i) {
+        EXPECT_TRUE(test::eventually([&] {
             feed.publish(scene, nullptr);
-            std::this_thread::sleep_for(std::chrono::microseconds(100));
-        }
-        EXPECT_TRUE(allDone());
+            return allDone();
+        }));
         stop = true;
         for (std::thread& thread : threads) thread.join();
         for (const auto& reader : readers) EXPECT_EQ(reader->scene().stateHash(), scene.stateHash());

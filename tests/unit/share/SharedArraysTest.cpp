@@ -12,12 +12,15 @@
 #include <unistd.h>
 
 #include <array>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <random>
 #include <set>
 #include <tuple>
+
+#include "tests/unit/Eventually.h"
 
 namespace tessera {
 namespace {
@@ -142,10 +145,12 @@ TEST(SharedArrays, WhatComesInPiecesIsInItsPlaceAlready) {
 }
 
 void stepOn(SharedArrays& arrays, std::chrono::milliseconds howLong = std::chrono::seconds(30)) {
-    for (const TimePoint until = clockNow() + howLong; arrays.nextStep() != TimePoint::max() && clockNow() < until;) {
-        arrays.step(clockNow());
-        usleep(100);
-    }
+    (void)test::eventually(
+        [&] {
+            arrays.step(clockNow());
+            return arrays.nextStep() == TimePoint::max();
+        },
+        howLong);
 }
 
 TEST(SharedArrays, WhoHasFetchedTheSameLaterGivesWayInPlace) {
@@ -157,7 +162,13 @@ TEST(SharedArrays, WhoHasFetchedTheSameLaterGivesWayInPlace) {
         static Blob kept = shared.share(fetched(shared, bytes, info, 256 << 10));
     });
     ASSERT_TRUE(other.ready());
-    usleep(20'000);  // a file's time is that of the last tick
+    // A file's time is that of the last tick: ours gets a later one.
+    const auto tick = [] {
+        timespec last{};
+        ::clock_gettime(CLOCK_REALTIME_COARSE, &last);
+        return std::tuple(last.tv_sec, last.tv_nsec);
+    };
+    ASSERT_TRUE(test::eventually([&, before = tick()] { return tick() > before; }));
     SharedArrays arrays = looksAt(log, other.pid());
     const Blob came = arrays.share(fetched(arrays, bytes, info, 256 << 10));
     const std::byte* const where = came.bytes().data();
@@ -278,8 +289,7 @@ TEST(SharedArrays, ThoseThatFetchTheSameAtOnceEndWithOne) {
             return std::all_of(shared, shared + kThem,
                                [](std::uint64_t& place) { return __atomic_load_n(&place, __ATOMIC_SEQ_CST) != 0; });
         };
-        for (int i = 0; i < 3000 && !done(); ++i) usleep(10'000);
-        ASSERT_TRUE(done());
+        ASSERT_TRUE(test::eventually(done));
     }
     EXPECT_EQ(std::set<std::uint64_t>(shared, shared + kThem).size(), 1u);
     munmap(shared, 2 * kThem * sizeof(std::uint64_t));
@@ -385,8 +395,7 @@ TEST(SharedArrays, TwoThatHaveTheSameAtOnceEndWithOne) {
             return __atomic_load_n(&places[kBlobs - 1], __ATOMIC_SEQ_CST) != 0 &&
                    __atomic_load_n(&places[2 * kBlobs - 1], __ATOMIC_SEQ_CST) != 0;
         };
-        for (int i = 0; i < 3000 && !done(); ++i) usleep(10'000);
-        EXPECT_TRUE(done());
+        EXPECT_TRUE(test::eventually(done));
     }
     int twice = 0;
     for (unsigned i = 0; i < kBlobs; ++i) twice += places[i] != places[kBlobs + i] ? 1 : 0;

@@ -11,7 +11,6 @@
 #include <iterator>
 #include <regex>
 #include <sstream>
-#include <thread>
 
 #include "common/cores/Animation.h"
 #include "common/cores/DistanceLOD.h"
@@ -24,6 +23,7 @@
 #include "server/sim/FrameMaker.h"
 #include "server/sim/frame/OutsideActors.h"
 #include "server/sim/frame/Simulation.h"
+#include "tests/unit/Eventually.h"
 #include "tests/unit/sim/SceneForTests.h"
 #include "tests/unit/sim/SingleEdits.h"
 
@@ -100,13 +100,13 @@ public:
     FrameResult frame(std::vector<Edit> edits = {}) {
         return maker_.make(FrameNumber(frames_++), std::move(edits), {}, {});
     }
-    /// Frames, at the pace of a wall, until something holds; false: not within 20 s.
+    /// Frames, at the pace of a wall, until something holds; false: not in time.
     bool until(const std::function<bool()>& holds) {
-        for (int i = 0; i < 4000 && !holds(); ++i) {
+        return test::eventually([&] {
+            if (holds()) return true;
             frame();
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        }
-        return holds();
+            return false;
+        });
     }
 
     [[nodiscard]] static ObjectId real(ObjectId placeholder) {

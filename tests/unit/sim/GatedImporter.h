@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/unit/Eventually.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera::test {
@@ -47,7 +48,7 @@ public:
     }
     /// Until it has begun with so many files.
     void awaitBegun(std::size_t files) const {
-        while (begun().size() < files) ::usleep(2000);
+        EXPECT_TRUE(eventually([&] { return begun().size() >= files; }));
     }
 
     Scratch scratch;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -11,12 +12,14 @@
 #include "WallOfKeys.h"
 #include "common/base/Channel.h"
 #include "common/tls/KeyRing.h"
+#include "tests/unit/Eventually.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
 namespace {
 
 using namespace std::chrono_literals;
+using test::eventually;
 using test::TestFolder;
 using test::WallOfKeys;
 
@@ -212,8 +215,17 @@ struct Watched : Keys {
     }
     /// It looks four times a second.
     bool revokedSoon(std::chrono::milliseconds patience = 10s) const {
-        for (auto waited = 0ms; waited <= patience; waited += 10ms, std::this_thread::sleep_for(10ms))
-            if (!ring->current()->faultOf(left, std::chrono::system_clock::now(), {}).empty()) return true;
+        return eventually([&] { return !ring->current()->faultOf(left, std::chrono::system_clock::now(), {}).empty(); },
+                          patience);
+    }
+    /// Waits until it says something in which all these are.
+    bool says(const std::vector<std::string>& parts) {
+        const auto isIn = [&](const std::string& said) {
+            return std::ranges::all_of(parts,
+                                       [&](const std::string& part) { return said.find(part) != std::string::npos; });
+        };
+        while (const std::optional<std::string> said = words.popFor(10s))
+            if (isIn(*said)) return true;
         return false;
     }
     Certificate left;
@@ -258,15 +270,11 @@ TEST(KeyRing, WhatIsRevokedCountsWhereTheWholeCannotBeRead) {
         const KeptToken second{hashOfToken(other), {"ci", Role::kViewer}, now + 1h};
         const KeptToken third{hashOfToken(late), {"ci", Role::kViewer}, now + 1h};
         const auto lets = [&](const std::string& said) { return keys.ring->current()->passOf(said, now).has_value(); };
-        const auto soon = [](const auto& is) {
-            for (int tries = 0; tries < 1000 && !is(); ++tries) std::this_thread::sleep_for(10ms);
-            return is();
-        };
         const auto writesTokens = [&](const std::vector<KeptToken>& tokens) {
             ASSERT_TRUE(KeyFolder::Writer::open(keys.folder)->writeTokens(tokens));
         };
         writesTokens({first, second});
-        ASSERT_TRUE(soon([&] { return lets(word) && lets(other); }));
+        ASSERT_TRUE(eventually([&] { return lets(word) && lets(other); }));
         const std::string file = keys.folder.path() + "/" + each.file;
         std::filesystem::copy_file(file, file + ".kept");
         each.spoil(file);
@@ -280,26 +288,26 @@ TEST(KeyRing, WhatIsRevokedCountsWhereTheWholeCannotBeRead) {
         keys.revokeLast();
         EXPECT_TRUE(keys.revokedSoon());
         writesTokens({second, third});
-        EXPECT_TRUE(soon([&] { return !lets(word); }));
+        EXPECT_TRUE(eventually([&] { return !lets(word); }));
         EXPECT_TRUE(lets(other));
         EXPECT_FALSE(lets(late)) << "nobody comes in who was not let in";
         // Nobody comes back by what is torn, or by an older list.
         std::ofstream(keys.folder.path() + "/tokens") << "rubbish";
         std::ofstream(keys.folder.path() + "/issued") << "rubbish";
-        std::this_thread::sleep_for(600ms);
+        EXPECT_TRUE(keys.says({keys.folder.path() + "/tokens", keys.folder.path() + "/issued"}));
         EXPECT_FALSE(lets(word));
         EXPECT_TRUE(lets(other));
         EXPECT_TRUE(keys.revokedSoon(0ms));
         keys.issued.back().revoked = false;
         ASSERT_TRUE(KeyFolder::Writer::open(keys.folder)->write(keys.issued));
         writesTokens({first, second, third});
-        std::this_thread::sleep_for(600ms);
+        EXPECT_TRUE(keys.says({"but for what is revoked"})) << "both lists can be read again";
         EXPECT_TRUE(keys.revokedSoon(0ms));
         EXPECT_FALSE(lets(word));
         EXPECT_TRUE(lets(other));
         // What can be read again counts as it stands there.
         std::filesystem::rename(file + ".kept", file);
-        EXPECT_TRUE(soon([&] { return lets(word) && lets(late); }));
+        EXPECT_TRUE(eventually([&] { return lets(word) && lets(late); }));
         EXPECT_FALSE(keys.revokedSoon(0ms));
     }
 }
@@ -320,9 +328,11 @@ TEST(KeyRing, SeesThatAFileMayBeReadAgain) {
     ASSERT_EQ(chmod(file.c_str(), 0644), 0);
     ASSERT_TRUE(keys.words.popFor(10s));
     keys.revokeLast();
-    std::this_thread::sleep_for(600ms);
+    EXPECT_TRUE(keys.revokedSoon()) << "of what cannot be read";
+    const auto before = keys.ring->current();
     ASSERT_EQ(chmod(file.c_str(), 0600), 0);
-    EXPECT_TRUE(keys.revokedSoon());
+    EXPECT_TRUE(eventually([&] { return keys.ring->current() != before; })) << "it is read again";
+    EXPECT_TRUE(keys.revokedSoon(0ms));
 }
 
 /// Whatever else is written there meanwhile, without a pause.

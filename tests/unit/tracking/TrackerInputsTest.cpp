@@ -5,10 +5,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <thread>
-
 #include "TrackerBytes.h"
 #include "server/sim/tracking/TrackerInputs.h"
+#include "tests/unit/Eventually.h"
 
 namespace tessera {
 namespace {
@@ -66,13 +65,16 @@ struct HeardTracker {
     template <typename Enough>
     std::vector<TrackerReading> until(Enough enough) {
         std::vector<TrackerReading> all;
-        for (const TimePoint deadline = clockNow() + 10s; clockNow() < deadline && !enough(all);) {
-            for (TrackerReading& reading : inputs->take()) {
-                ends += reading.connectionEnded ? 1 : 0;
-                if (!reading.reports.empty()) all.push_back(std::move(reading));
-            }
-            std::this_thread::sleep_for(1ms);
-        }
+        (void)test::eventually(
+            [&] {
+                if (enough(all)) return true;
+                for (TrackerReading& reading : inputs->take()) {
+                    ends += reading.connectionEnded ? 1 : 0;
+                    if (!reading.reports.empty()) all.push_back(std::move(reading));
+                }
+                return false;
+            },
+            10s);
         return all;
     }
     TrackerInfo told() {
@@ -282,11 +284,10 @@ TEST(TrackerInputs, AVrpnServerThatSpeaksOfOtherDevicesForEverIsNamed) {
     HeardTracker tracker({.protocol = TrackerProtocol::kVrpn, .address = server.url()});
     const auto connection = server.next();
     ScriptedVrpn::greet(*connection, "Tracker1");
-    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (tracker.told().trouble.empty() && std::chrono::steady_clock::now() < until) {
+    EXPECT_TRUE(test::eventually([&] {
         ScriptedVrpn::say(*connection, test::vrpnPose(2, 1, 0, {.position = {1, 2, 3}}));
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
+        return !tracker.told().trouble.empty();
+    }));
     EXPECT_NE(tracker.told().trouble.find("no such device"), std::string::npos) << tracker.told().trouble;
 }
 
@@ -313,9 +314,7 @@ TEST(Feeds, NobodyThereIsSaidAndDialledAgain) {
                 .lost = [&](const Error& why) { lost += why.message.empty() ? 0 : 1; },
                 .firstPause = 5ms,
                 .longestPause = 5ms});
-    for (const TimePoint deadline = clockNow() + 10s; lost < 3 && clockNow() < deadline;)
-        std::this_thread::sleep_for(1ms);
-    EXPECT_GE(lost, 3);
+    EXPECT_TRUE(test::eventually([&] { return lost >= 3; }));
 }
 
 TEST(HostRange, HoldsWhatItSharesBitsWith) {
