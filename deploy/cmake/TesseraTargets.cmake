@@ -262,8 +262,8 @@ function(tessera_reuse_headers_for_tests name)
 endfunction()
 
 # tessera_entry(NAME COMMAND … [SHARDS n [SUITES]] [FILTER filter] [PROPERTIES …]): one entry of ctest, or as many as
-# there are shards (tests/support/run-entry). SUITES: no suite is in two of them. What servers leave for their user's
-# programs lies in the build folder.
+# there are shards (tests/support/run-entry). SUITES: no suite is in two of them. Files of servers for their user's
+# programs lie in the build folder.
 function(tessera_entry name)
   cmake_parse_arguments(ARG "SUITES" "SHARDS;FILTER" "COMMAND;PROPERTIES" ${ARGN})
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/run)
@@ -297,10 +297,10 @@ function(tessera_entry name)
   endforeach()
 endfunction()
 
-# tessera_test(NAME FOLDER LINK … [SHARDS n [SUITES]] [LOCK resource] [WORLD filter [WORLD_SHARDS n]]): one executable of all
-# .cpp files of a folder below tests/, and entries of ctest that run it, each at most a minute of the processor. LOCK:
-# what its tests share with those of other entries. WORLD: tests of run-tests --all alone (label world). Time-outs:
-# tests/times.txt.
+# tessera_test(NAME FOLDER LINK … [SHARDS n [SUITES]] [LOCK resource] [WORLD filter [WORLD_SHARDS n]]): one executable
+# of all .cpp files of a folder below tests/, and entries of ctest that run it, each at most a minute of the processor.
+# LOCK: what its tests share with those of other entries. WORLD: tests of run-tests --all alone (label world).
+# Time-outs: tests/times.txt.
 function(tessera_test name folder)
   cmake_parse_arguments(ARG "SUITES" "SHARDS;LOCK;WORLD;WORLD_SHARDS" "LINK;DEFINE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)

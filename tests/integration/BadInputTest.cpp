@@ -159,7 +159,8 @@ TEST_F(BadInput, WhereNoThreadCanStartEachProgramSaysSo) {
         {program("tessera-wall"), "--wall", "1x1", "--scene", kYard, "--frames", "1", "--output", output}};
     const pid_t pid = ::fork();
     if (pid == 0) {
-        // Of all that this fork starts a process may begin, and no thread. What clone3 asks for a filter cannot see.
+        // This fork and all that it starts may begin processes, and no thread. A filter cannot see what clone3 asks
+        // for.
         ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
         const scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
         seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);

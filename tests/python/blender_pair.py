@@ -52,7 +52,7 @@ def come(folder, path, address, name):
         found = first(courier, wall, role)
         Courier._take_up = first
         say("found", root=found.root)
-        # Of the courier's thread: Blender's pumps meanwhile
+        # It waits in the courier's thread: Blender's pumps go on meanwhile
         eventually(lambda: there("a.found") and there("b.found"), 10 * PATIENCE)
         return found
 

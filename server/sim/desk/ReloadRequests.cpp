@@ -272,7 +272,7 @@ ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Erro
         std::string words = named(refused->message);
         if (words != known.said) say(words + "; what it held before stays", true);
         known.said = std::move(words);
-        // What the machine had no room for comes in once it has: the change is one still.
+        // A change for which the machine had no room is one still: it comes in once there is some.
         if (refused->code == ErrorCode::kLimit && watch_) watch_->watch(number, *file.files);
     } else {
         known.said.clear();

@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 class FlownWall : public AskedWall {
 public:
     explicit FlownWall(AskedWallOptions options = {}) : AskedWall(oneTile(std::move(options))) {}
-    /// What is in the middle of the picture: another thing, or another point of it, where the view has moved.
+    /// The thing in the middle of the picture: another thing, or another point of it, where the view has moved.
     [[nodiscard]] json middle() { return ask({"pick", "80", "60"}); }
     [[nodiscard]] json steering() { return ask({"status"})["steering"]; }
     [[nodiscard]] std::unique_ptr<Application> pilot() {

@@ -97,7 +97,7 @@ TEST(HandleWall, AHostThatIsKilledWhileItsWindowHoldsAHandleHoldsNothing) {
     HandledWall::take(hand, row);
     here.wall.host("all").input(hand);
     ASSERT_TRUE(here.soon([&] { return here.isHeld(); })) << here.wall.logs();
-    // Who comes second is told.
+    // The second one is told.
     const std::unique_ptr<Application> other = here.connect("other");
     ASSERT_TRUE(other);
     const Aim arrow{.xPx = HandledWall::kWidthPx / 2.0, .yPx = static_cast<double>(row), .wand = {}};

@@ -54,7 +54,7 @@ public:
         options.server = {"--allow", folder.path()};
     }
 
-    /// Who is connected comes back by itself, where no `renew` lies between.
+    /// Connected programs come back by themselves, where no `renew` lies between.
     void start() {
         if (wall)
             wall->startServer();
