@@ -432,7 +432,7 @@ TEST(Transport, LinksAboveTheLimitAreClosedAndTheOthersStay) {
 TEST(Transport, OfManyThatSayNothingTheOldestGivesWayOnceItHasHadItsTime) {
     TransportLimits limits;
     limits.maxStrangers = 4;
-    limits.patience = 300ms;
+    limits.patience = 2s;
     limits.lastWord = {.type = 7, .payload = share(ByteChain(ByteSlice(pattern(5))))};
     Peer server(std::move(limits));
     const std::uint16_t port = server.listen();
@@ -440,7 +440,7 @@ TEST(Transport, OfManyThatSayNothingTheOldestGivesWayOnceItHasHadItsTime) {
     for (int i = 0; i < 3; ++i) silent.emplace_back(port);
     BareSocket slow(port);
     for (int i = 0; i < 4; ++i) silent.emplace_back(port);
-    // Half of its time is over, and nobody has had to go.
+    // A part of its time is over, and nobody has had to go.
     for (; auto event = server.any(150ms);) EXPECT_FALSE(std::holds_alternative<Closed>(event->what));
     slow.say(frameBytes(1, pattern(3)));
     EXPECT_EQ(server.next<Received>().payload, pattern(3));
