@@ -204,7 +204,7 @@ int openOwn(const std::string& path, int flags, uid_t owner = geteuid()) {
     return -1;
 }
 
-/// Of tasks without a session. One for all of them: a variable of one task names no place that others know.
+/// All tasks without a session have this one: a variable of one task names no place that others know.
 std::string folderOfTasks() {
     return fmt::format("/tmp/tessera-{}", geteuid());
 }

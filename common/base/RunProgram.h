@@ -1,4 +1,4 @@
-/// What a `main` runs, on machines that have no room for it.
+/// Programs on machines that have no room for them.
 #pragma once
 
 #include <cstdio>

@@ -33,7 +33,7 @@ struct ConsoleWall {
     std::string token, bearer;
 };
 
-/// What its tests say to a console.
+/// Requests to a console, as its tests say them.
 class ConsoleTest : public testing::Test {
 protected:
     explicit ConsoleTest(ConsoleWall& console)

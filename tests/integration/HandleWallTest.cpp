@@ -1,9 +1,6 @@
 /// A mouse at a window of a real wall takes hold of a handle.
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
-
 #include <fmt/format.h>
 
 #include "common/application/Application.h"
@@ -17,21 +14,12 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-constexpr const char* kStudio = R"(
-node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -40 } } directional_light { intensity: 2 } }
-node { name: "cart" transform {} node { name: "load" box { size { x: 0.6 y: 0.6 z: 0.6 } } } }
-node { name: "handles" manipulator { target: "/cart" kind: MOVE size: 2 } }
-node { name: "far" transform { translation { z: -30 } } node { name: "backdrop" box { size { x: 200 y: 100 z: 1 } } } }
-node { name: "camera" transform { translation { z: 4 } } camera { world_units_per_metre: 2 } }
-)";
+const std::string kStudio = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/handles.tsct";
 constexpr int kWidthPx = 640, kHeightPx = 360;
 
 LiveWallOptions studio(std::vector<std::string> server = {}) {
-    static const TemporaryFolder folder;
-    const std::string path = folder.path() + "/studio.tsct";
-    std::ofstream(path) << kStudio;
     return {.wall = std::string(TESSERA_SOURCE_DIR) + "/deploy/walls/1x1.wall",
-            .scene = path,
+            .scene = kStudio,
             .size = fmt::format("{}x{}", kWidthPx, kHeightPx),
             .server = std::move(server)};
 }

@@ -102,7 +102,7 @@ TEST(FlightWall, TheKeyFShowsAllOfASceneThatMoves) {
     EXPECT_EQ(wall.finish()["faults"].size(), 0u);
 }
 
-/// What a flight sees is not in a recording, and what it is flown through is: the same again, to the hash, with a
+/// A recording holds the scene that is flown through, and not the view: the same again, to the hash, with a
 /// walker who asks the scene in every frame.
 TEST(FlightWall, ARecordingOfAFlightIsMadeAgain) {
     const test::TestFolder folder;

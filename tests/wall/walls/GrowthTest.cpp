@@ -1,4 +1,4 @@
-/// What is done to a wall again and again, and leads it back, takes no more memory each time: server and hosts alike.
+/// Rounds that lead a wall back to where it was take no more memory each time: server and hosts alike.
 #include <gtest/gtest.h>
 #include <malloc.h>
 

@@ -13,13 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr const char* kStudio = R"(
-node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -40 } } directional_light { intensity: 2 } }
-node { name: "cart" transform {} node { name: "load" box { size { x: 0.6 y: 0.6 z: 0.6 } } } }
-node { name: "handles" manipulator { target: "/cart" kind: MOVE size: 2 } }
-node { name: "far" transform { translation { z: -30 } } node { name: "backdrop" box { size { x: 200 y: 100 z: 1 } } } }
-node { name: "camera" transform { translation { z: 4 } } camera { world_units_per_metre: 2 } }
-)";
+const std::string kStudio = std::string(TESSERA_SOURCE_DIR) + "/tests/data/scenes/handles.tsct";
 
 /// From before the cart at its arrow that points up, and from 0.3 above.
 const Ray kArrow{.origin = Vec3d(0, 0.8, 4), .direction = -Vec3d::UnitZ()};
@@ -27,9 +21,8 @@ const Ray kHigher{.origin = Vec3d(0, 1.1, 4), .direction = -Vec3d::UnitZ()};
 
 class HandledWall {
 public:
-    HandledWall() : wall(options(own_, "")) {}
-    /// Its scene and its journal lie in that folder.
-    explicit HandledWall(const test::TestFolder& kept) : wall(options(kept, kept.path() + "/journal")) {}
+    /// `journal`: a folder; empty: none.
+    explicit HandledWall(const std::string& journal = "") : wall(options(journal)) {}
 
     [[nodiscard]] std::unique_ptr<Application> connect(const std::string& name) {
         auto made = Application::connect({.address = toString(wall.address()), .name = name, .followScene = false},
@@ -75,14 +68,9 @@ public:
     static constexpr int kWidthPx = 640, kHeightPx = 360;
 
 private:
-    static AskedWallOptions options(const test::TestFolder& folder, const std::string& journal) {
-        return {.wall = "1x1",
-                .scene = folder.write("studio.tsct", kStudio),
-                .widthPx = kWidthPx,
-                .heightPx = kHeightPx,
-                .journal = journal};
+    static AskedWallOptions options(const std::string& journal) {
+        return {.wall = "1x1", .scene = kStudio, .widthPx = kWidthPx, .heightPx = kHeightPx, .journal = journal};
     }
-    test::TestFolder own_;
 
 public:
     AskedWall wall;
@@ -126,7 +114,7 @@ TEST(HandleWall, AnApplicationThatIsCutOffHoldsNothing) {
 TEST(HandleWall, NobodyHoldsAnythingAfterTheServerWasKilled) {
     const test::TestFolder folder;
     {
-        HandledWall here(folder);
+        HandledWall here(folder.path() + "/journal");
         const std::unique_ptr<Application> holder = here.connect("holder");
         ASSERT_TRUE(holder);
         ASSERT_TRUE(here.grabs(*holder)) << here.wall.logs();
@@ -134,7 +122,7 @@ TEST(HandleWall, NobodyHoldsAnythingAfterTheServerWasKilled) {
         ASSERT_TRUE(here.soon([&] { return here.isHeld(); }));
         here.wall.killServer();
     }
-    HandledWall here(folder);
+    HandledWall here(folder.path() + "/journal");
     EXPECT_TRUE(here.soon([&] { return !here.isHeld(); })) << "the journal says that somebody held it";
     EXPECT_NEAR(here.heightOfCart(), 0.3, 1e-9) << "and what was granted is there";
     here.wall.tell({"drag", "--rays", "0", "1.1", "4", "0", "0", "-1", "0", "1.2", "4", "0", "0", "-1"});

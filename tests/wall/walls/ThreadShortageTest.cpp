@@ -98,7 +98,7 @@ TEST_F(ThreadShortages, ALaneOfFewerThreadsDoesAllTheWorkAndOneOfNoneIsRefused) 
     EXPECT_THROW(LaneThreads({.width = 3}), std::system_error);
 }
 
-/// What it has begun ends before that is said.
+/// Its threads that have begun end before that is said.
 TEST_F(ThreadShortages, ATransportThatCannotBeginLeavesNothingBehind) {
     for (const int room : {0, 1}) {
         const ThreadShortage shortage(room);
