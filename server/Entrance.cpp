@@ -10,6 +10,7 @@
 
 #include "common/base/Channel.h"
 #include "common/base/JournalStream.h"
+#include "common/base/PrintText.h"
 #include "common/tls/KeyFolder.h"
 #include "server/panel/Panel.h"
 
@@ -94,18 +95,20 @@ void Entrance::openDoor(const Address& server) {
 
 void Entrance::describe(const std::string& group) const {
     print();
-    if (!group.empty()) fmt::print("token file for the group {}: {}\n", group, tokens_.path());
+    if (!group.empty()) printText(fmt::format("token file for the group {}: {}\n", group, tokens_.path()));
 }
 
 void Entrance::print() const {
     if (door_ && leadsToJournal(STDOUT_FILENO)) {
-        fmt::print("console: {}; `tessera-ctl link` prints a link that lets in\n", toString(door_->address()));
+        printText(
+            fmt::format("console: {}; `tessera-ctl link` prints a link that lets in\n", toString(door_->address())));
         for (const ServedPanel& panel : panels_)
-            fmt::print("panel {0}: `tessera-keys token NAME --panel {0}` makes a word for its visitors\n", panel.file);
+            printText(fmt::format("panel {0}: `tessera-keys token NAME --panel {0}` makes a word for its visitors\n",
+                                  panel.file));
     } else if (door_) {
-        fmt::print("console: {}\n", door_->linkWith(tokens_.tokens().of(Role::kOperator)));
+        printText(fmt::format("console: {}\n", door_->linkWith(tokens_.tokens().of(Role::kOperator))));
         for (const ServedPanel& panel : panels_)
-            fmt::print("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word));
+            printText(fmt::format("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word)));
     }
 }
 

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "common/base/Log.h"
+#include "common/base/PrintText.h"
 #include "common/base/RunProgram.h"
 #include "common/base/ServiceNotifier.h"
 #include "common/confine/Confinement.h"
@@ -142,7 +143,7 @@ Expected<void> serve(const ServerArguments& arguments, ServiceNotifier& service,
     options.onBound = [&](const Address& bound) { entrance.open(bound); };
     std::function<void()> keepWatch;
     options.onListening = [&](const Address& bound) {
-        fmt::print("tessera-server: listening on {}\n", toString(bound));
+        printText(fmt::format("tessera-server: listening on {}\n", toString(bound)));
         entrance.describe(arguments.group);
         std::fflush(stdout);
         keepWatch();
@@ -151,7 +152,7 @@ Expected<void> serve(const ServerArguments& arguments, ServiceNotifier& service,
     };
     if (arguments.progress)
         options.onProgress = [](std::uint64_t done, std::uint64_t total) {
-            fmt::print("progress {} {}\n", done, total);
+            printText(fmt::format("progress {} {}\n", done, total));
             std::fflush(stdout);
         };
 

@@ -5,6 +5,8 @@
 #include <sys/resource.h>
 
 #include <cstdlib>
+#include <optional>
+#include <thread>
 
 #include "client/replica/HostCheck.h"
 #include "client/replica/PartSharing.h"
@@ -159,6 +161,18 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
         log.flush();
         std::_Exit(1);
     });
+    // However the work ends: the session speaks to its end, and what it uses outlives it.
+    struct SessionEnd {
+        ServerLink& link;
+        std::thread& session;
+        SessionEnd(ServerLink& ofLink, std::thread& thread) : link(ofLink), session(thread) {}
+        ~SessionEnd() {
+            link.tell({Attempt{}, outcome::Ended{}});
+            session.join();
+        }
+    };
+    std::optional<SessionEnd> sessionEnd;
+    sessionEnd.emplace(*link, session);
     // Where nothing has come in hand for a moment there is time for what may be needed later.
     constexpr std::chrono::milliseconds kMoment(2);
     bool going = true, ahead = false;
@@ -175,8 +189,7 @@ Expected<void> runHost(const HostOptions& wanted, Log& log) {
         steps.fetch_add(1, std::memory_order_relaxed);
         ahead = going;
     }
-    link->tell({Attempt{}, outcome::Ended{}});
-    session.join();
+    sessionEnd.reset();
     if (neighbourhood) neighbourhood->stop();
     if (arrays && arrays->counts().own + arrays->counts().found > 0)
         log.detail(

@@ -22,6 +22,7 @@
 
 #include "common/base/FileHandle.h"
 #include "common/base/Hash.h"
+#include "common/base/StartThread.h"
 #include "common/codec/WallCodec.h"
 #include "common/wall/WindowLayout.h"
 
@@ -83,8 +84,11 @@ public:
         posix_spawn_file_actions_destroy(&files);
         posix_spawnattr_destroy(&attributes);
         if (error != 0) return fail(ErrorCode::kFailed, fmt::format("{}: {}", arguments[0], std::strerror(error)));
-        return std::unique_ptr<Window>(
+        std::unique_ptr<Window> window(
             new Window(std::move(tile), number, std::move(arguments), wall, process, std::move(ours), log, onInput));
+        window->watcher_ = startThread([watched = window.get()] { watched->watch(); });
+        if (!window->watcher_.joinable()) return fail(ErrorCode::kFailed, kNoThread);
+        return window;
     }
     /// One that does not answer is killed after a second.
     ~Window() {
@@ -92,7 +96,10 @@ public:
         send(SIGTERM);
         pollfd over{.fd = handle_.get(), .events = POLLIN, .revents = 0};
         if (handle_.get() < 0 || ::poll(&over, 1, 1000) == 0) send(SIGKILL);
-        watcher_.join();
+        if (watcher_.joinable())
+            watcher_.join();
+        else
+            (void)awaitEnd();
     }
     [[nodiscard]] std::uint32_t number() const { return number_; }
     [[nodiscard]] bool isAs(std::uint32_t number, const std::vector<std::string>& arguments, Hash128 wall) const {
@@ -110,8 +117,7 @@ private:
           wall_(wall),
           process_(process),
           handle_(static_cast<int>(::syscall(SYS_pidfd_open, process, 0))),
-          log_(log),
-          watcher_([this] { watch(); }) {}
+          log_(log) {}
 
     /// By the handle where there is one: the number may be another process' by now.
     void send(int signal) const {
@@ -151,11 +157,15 @@ private:
         last.release();
         onInput_(last);
     }
-    void watch() {
-        if (input_.get() >= 0) listen();
+    [[nodiscard]] siginfo_t awaitEnd() const {
         siginfo_t end{};
         while (::waitid(P_PID, static_cast<id_t>(process_), &end, WEXITED) != 0 && errno == EINTR) {
         }
+        return end;
+    }
+    void watch() {
+        if (input_.get() >= 0) listen();
+        const siginfo_t end = awaitEnd();
         if (ending_) return;
         if (end.si_code == CLD_EXITED && end.si_status == 0)
             return log_.info(fmt::format("the window of tile {} was closed; the tile is drawn as before", tile_),

@@ -228,14 +228,36 @@ Expected<std::string> runFolder() {
         return tl::unexpected(systemError("a folder for this user's walls", folder));
     struct stat info {};
     if (lstat(folder.c_str(), &info) != 0) return tl::unexpected(systemError("cannot be looked at", folder));
-    if (!isOwnFolder(info))
+    if (isOwnFolder(info)) return folder;
+    if (info.st_uid != geteuid())
         return fail(ErrorCode::kRefused,
-                    fmt::format("{} is not a folder of this user alone (mode 0700): remove it, or set XDG_RUNTIME_DIR",
-                                folder));
-    return folder;
+                    fmt::format("{} is of another user (uid {}), and only that one or root can remove it: "
+                                "set XDG_RUNTIME_DIR to a folder of yours",
+                                folder, info.st_uid));
+    return fail(
+        ErrorCode::kRefused,
+        fmt::format("{} is not a folder of this user alone (mode 0700): remove it, or set XDG_RUNTIME_DIR", folder));
 }
 
 namespace {
+
+/// Those of `runFolders` that are there; none is made.
+std::vector<std::string> presentRunFolders() {
+    std::vector<std::string> folders{pathOfRunFolder()};
+    const std::string users = fmt::format("/run/user/{}", geteuid());
+    if (const std::string base = baseFolder(); base.empty() || base == users) {
+        folders.insert(folders.end(), {users + "/tessera", folderOfTasks()});
+        // Servers of earlier versions that still run.
+        if (const char* temporary = std::getenv("TMPDIR"); temporary != nullptr && temporary[0] == '/')
+            folders.push_back(fmt::format("{}/tessera-{}", temporary, geteuid()));
+    }
+    std::vector<std::string> present;
+    for (const std::string& folder : folders)
+        if (struct stat info{}; std::ranges::find(present, folder) == present.end() &&
+                                lstat(folder.c_str(), &info) == 0 && isOwnFolder(info))
+            present.push_back(folder);
+    return present;
+}
 
 /// Those that `owner` has left in a folder, and this user may read.
 std::vector<LocalWall> wallsIn(const std::string& folder, uid_t owner) {
@@ -267,15 +289,9 @@ std::vector<LocalWall> wallsIn(const std::string& folder, uid_t owner) {
 Expected<std::vector<std::string>> runFolders() {
     const Expected<std::string> own = runFolder();
     if (!own) return tl::unexpected(own.error());
-    std::vector<std::string> folders{*own};
-    const std::string users = fmt::format("/run/user/{}", geteuid());
-    if (const std::string base = baseFolder(); !base.empty() && base != users) return folders;
-    for (const std::string& folder : {users + "/tessera", folderOfTasks()}) {
-        struct stat info {};
-        if (std::ranges::find(folders, folder) == folders.end() && lstat(folder.c_str(), &info) == 0 &&
-            isOwnFolder(info))
-            folders.push_back(folder);
-    }
+    std::vector<std::string> folders = presentRunFolders();
+    if (std::erase(folders, *own) == 0) return fail(ErrorCode::kFailed, *own + ": it was removed meanwhile");
+    folders.insert(folders.begin(), *own);
     return folders;
 }
 
@@ -384,23 +400,22 @@ std::string lineIn(const std::map<std::string, std::string>& lines, const char* 
     return line == lines.end() ? std::string() : line->second;
 }
 
-/// `runFolders`, and the service's where it is this user's own.
-Expected<std::vector<std::string>> foldersOfOwnWalls() {
-    Expected<std::vector<std::string>> folders = runFolders();
+/// The service's too, where it is this user's own.
+std::vector<std::string> withServiceFolder(std::vector<std::string> folders) {
     struct stat service {};
-    if (folders && std::ranges::find(*folders, kServiceFolder) == folders->end() &&
-        lstat(kServiceFolder, &service) == 0 && S_ISDIR(service.st_mode) && service.st_uid == geteuid())
-        folders->emplace_back(kServiceFolder);
+    if (std::ranges::find(folders, kServiceFolder) == folders.end() && lstat(kServiceFolder, &service) == 0 &&
+        S_ISDIR(service.st_mode) && service.st_uid == geteuid())
+        folders.emplace_back(kServiceFolder);
     return folders;
 }
 
 }  // namespace
 
 Expected<std::vector<LocalWall>> endLocalLinks() {
-    const Expected<std::vector<std::string>> folders = foldersOfOwnWalls();
+    const Expected<std::vector<std::string>> folders = runFolders();
     if (!folders) return tl::unexpected(folders.error());
     std::vector<LocalWall> walls;
-    for (const std::string& folder : *folders) {
+    for (const std::string& folder : withServiceFolder(*folders)) {
         if (const Expected<void> ended = renewLinksMark(folder); !ended) return tl::unexpected(ended.error());
         std::ranges::move(wallsIn(folder, geteuid()), std::back_inserter(walls));
     }
@@ -411,14 +426,10 @@ Expected<std::vector<LocalWall>> endLocalLinks() {
 }
 
 Expected<void> forgetStoppedWalls(const std::string& authority) {
-    // A folder is made for walls alone.
-    if (struct stat none{}; lstat(pathOfRunFolder().c_str(), &none) != 0) return {};
-    const Expected<std::vector<std::string>> folders = foldersOfOwnWalls();
-    if (!folders) return tl::unexpected(folders.error());
     const auto isMeant = [&](const std::string& protection) {
         return authority.empty() ? !WallProtection::hasKeys(protection) : WallProtection::isOf(protection, authority);
     };
-    for (const std::string& folder : *folders) {
+    for (const std::string& folder : withServiceFolder(presentRunFolders())) {
         std::error_code error;
         for (std::filesystem::directory_iterator each(folder, error), none; !error && each != none;
              each.increment(error)) {

@@ -62,7 +62,8 @@ struct ServerMeant {
                                                                                         bool sealed);
 
 /// Where this user's walls may be: `runFolder` first. A session has one that a task without a session (cron, ssh) has
-/// not, so both are looked into. An XDG_RUNTIME_DIR elsewhere names the only folder.
+/// not, so both are looked into, and where TMPDIR says that earlier versions were. An XDG_RUNTIME_DIR elsewhere names
+/// the only folder.
 [[nodiscard]] Expected<std::vector<std::string>> runFolders();
 /// Ends the links and tokens that this user's walls without keys have handed out in these folders, those too that are
 /// not running now (`WallProtection`), and the tokens that people chose for them. Returns the ones that run.

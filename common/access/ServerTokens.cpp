@@ -32,7 +32,8 @@ Expected<ServerTokens> ServerTokens::make(ServerTokensOptions options,
     if (place)
         made.place_ = std::move(*place);
     else
-        warn(place.error().message);
+        warn(place.error().message +
+             (made.marksFolder_.empty() ? "; tessera-keys revoke --links does not reach this server" : ""));
     made.tokens_ = made.place_ ? made.place_->tokens() : AccessTokens::fresh();
     if (!wish.given.empty()) made.tokens_.of(Role::kOperator) = wish.given;
     made.tokens_.door = freshToken();

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "common/scene/WrittenByServer.h"
+
 namespace tessera {
 namespace {
 
@@ -122,6 +124,8 @@ Expected<KeyTrack> KeyTrack::of(const KeyFrames& frames, const TypeInfo* target)
         return bad(
             fmt::format("{}'s {} is {}: key frames have numbers", target->name, field->name, nameOf(field->kind)));
     if (typeOf<KeyFrames>() == target->type) return bad("key frames cannot drive key frames");
+    if (const FieldOfServer* of = fieldOfServer(target->type, field->id); of != nullptr && !of->anew)
+        return bad(fmt::format("{}'s {} is what the server says of it", target->name, field->name));
     for (const Blob* blob : {&frames.times, &frames.values}) {
         if (!blob->empty() && !blob->resident()) return bad("an array of the key frames is not here");
         if (blob->sizeBytes() % sizeof(double) != 0)

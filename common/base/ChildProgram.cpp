@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "common/base/FileHandle.h"
+#include "common/base/Shortage.h"
 
 namespace tessera {
 namespace {
@@ -49,9 +50,11 @@ Expected<ChildProgram> ChildProgram::start(const Options& options) {
     std::vector<FileHandle> apart;
     for (const Given& given : options.files) {
         apart.emplace_back(::fcntl(given.file, F_DUPFD_CLOEXEC, last + 1));
-        if (apart.back().get() < 0)
+        if (apart.back().get() < 0) {
+            noteFailedCall(errno);
             return fail(ErrorCode::kFailed, fmt::format("'{}' cannot be started: a file of its own: {}", options.path,
                                                         std::strerror(errno)));
+        }
     }
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
@@ -81,6 +84,10 @@ Expected<ChildProgram> ChildProgram::start(const Options& options) {
     posix_spawnattr_destroy(&attributes);
     if (failure == 0) return child;
     child.pid_ = -1;
+    noteFailedCall(failure);
+    if (isShortage(failure))
+        return fail(ErrorCode::kFailed,
+                    fmt::format("'{}' cannot be started: {}", options.path, std::strerror(failure)));
     return fail(ErrorCode::kFailed, fmt::format("'{}' cannot be started: {}; it belongs beside the running program",
                                                 options.path, std::strerror(failure)));
 }

@@ -13,10 +13,13 @@
 #include <string_view>
 #include <utility>
 
+#include "common/base/Shortage.h"
+
 namespace tessera {
 namespace {
 
 tl::unexpected<Error> notOpened(int reason) {
+    noteFailedCall(reason);
     if (reason == ELOOP) return fail(ErrorCode::kRefused, "was replaced by a link while it was looked for");
     return fail(reason == ENOENT || reason == ENOTDIR ? ErrorCode::kNotFound : ErrorCode::kBadInput,
                 fmt::format("cannot be opened ({})", std::strerror(reason)));

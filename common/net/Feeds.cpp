@@ -4,6 +4,7 @@
 #include <boost/asio/connect.hpp>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/post.hpp>
@@ -13,6 +14,8 @@
 #include <vector>
 
 #include <fmt/format.h>
+
+#include "common/base/StartThread.h"
 
 namespace tessera {
 
@@ -105,19 +108,27 @@ public:
     void dial() {
         const std::uint64_t attempt = ++attempt_;
         watch(attempt, kDialTimeout, "does not answer");
-        resolver_.async_resolve(
-            address_.host, std::to_string(address_.port),
-            [self = shared_from_this(), attempt](const FeedError& error, FeedTcp::resolver::results_type found) {
-                if (self->attempt_ != attempt) return;
-                if (error) return self->lose({ErrorCode::kNetwork, error.message()});
-                self->connect(attempt, std::move(found));
-            });
+        FeedError notNumeric;
+        const auto numeric = feed_asio::ip::make_address(address_.host, notNumeric);
+        if (!notNumeric) return connect(attempt, std::array{FeedTcp::endpoint(numeric, address_.port)});
+        const auto found = [self = shared_from_this(), attempt](const FeedError& error,
+                                                                const FeedTcp::resolver::results_type& results) {
+            if (self->attempt_ != attempt) return;
+            if (error) return self->lose({ErrorCode::kNetwork, error.message()});
+            self->connect(attempt, results);
+        };
+        try {
+            resolver_.async_resolve(address_.host, std::to_string(address_.port), found);
+        } catch (const std::exception&) {  // Asio starts a thread for names
+            lose({ErrorCode::kNetwork, kNoThread});
+        }
     }
 
 private:
-    void connect(std::uint64_t attempt, FeedTcp::resolver::results_type found) {
+    template <typename Endpoints>
+    void connect(std::uint64_t attempt, const Endpoints& endpoints) {
         feed_asio::async_connect(
-            socket_, found, [self = shared_from_this(), attempt](const FeedError& error, const FeedTcp::endpoint&) {
+            socket_, endpoints, [self = shared_from_this(), attempt](const FeedError& error, const FeedTcp::endpoint&) {
                 if (self->attempt_ != attempt) return;
                 if (error) return self->lose({ErrorCode::kNetwork, error.message()});
                 FeedError ignored;

@@ -15,6 +15,7 @@
 #include <thread>
 #include <unordered_map>
 
+#include "common/base/StartThread.h"
 #include "common/net/FrameHeader.h"
 #include "common/net/HandshakeTurns.h"
 #include "common/net/LinkTable.h"
@@ -228,15 +229,18 @@ struct TcpTransport::Impl {
         if (!notNumeric) return connectTo(link, std::array{tcp::endpoint(numeric, address.port)});
         // Asio resolves names on a thread of its own.
         const auto resolver = std::make_shared<tcp::resolver>(io);
-        resolver->async_resolve(
-            address.host, std::to_string(address.port),
-            [this, link, resolver](const error_code& error, const tcp::resolver::results_type& found) {
-                if (link->state != TransportLinkState::kConnecting) return;
-                if (error) return finish(link, fmt::format("cannot find {}: {}", link->target, error.message()));
-                std::vector<tcp::endpoint> endpoints;
-                for (const auto& entry : found) endpoints.push_back(entry.endpoint());
-                connectTo(link, endpoints);
-            });
+        const auto found = [this, link, resolver](const error_code& error, const tcp::resolver::results_type& results) {
+            if (link->state != TransportLinkState::kConnecting) return;
+            if (error) return finish(link, fmt::format("cannot find {}: {}", link->target, error.message()));
+            std::vector<tcp::endpoint> endpoints;
+            for (const auto& entry : results) endpoints.push_back(entry.endpoint());
+            connectTo(link, endpoints);
+        };
+        try {
+            resolver->async_resolve(address.host, std::to_string(address.port), found);
+        } catch (const std::exception&) {
+            finish(link, fmt::format("cannot find {}: {}", link->target, kNoThread));
+        }
     }
 
     template <typename Endpoints>

@@ -27,7 +27,7 @@ constexpr std::array kFields = {
     FieldOfServer{typeOf<Inline>(), fieldId<&Inline::problem>, kWanted},
     FieldOfServer{typeOf<ProxyGroup>(), fieldId<&ProxyGroup::state>, kWanted},
     FieldOfServer{typeOf<ProxyGroup>(), fieldId<&ProxyGroup::problem>, kWanted},
-    FieldOfServer{typeOf<Node>(), fieldId<&Node::levels>, ""},
+    FieldOfServer{typeOf<Node>(), fieldId<&Node::levels>, "", true},
     FieldOfServer{typeOf<Node>(), fieldId<&Node::ofServer>, ""},
 };
 

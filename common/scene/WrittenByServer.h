@@ -11,6 +11,7 @@ struct FieldOfServer {
     ObjectType type;
     FieldId field;
     std::string_view instead;  ///< what a person does who wants another value; empty: nothing
+    bool anew = false;         ///< the server says it in each frame, so that nobody else's value stays
 };
 
 /// Null: anybody who edits may write it. What is new may come with any value: whoever finds out says it anew.

@@ -7,9 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -57,17 +59,18 @@ KeyRing::~KeyRing() {
 }
 
 void KeyRing::rest() {
-    if (!thread_.joinable()) return;
-    ::eventfd_write(stop_, 1);
-    thread_.join();
-    ::close(stop_);
+    if (thread_.joinable()) {
+        ::eventfd_write(stop_, 1);
+        thread_.join();
+    }
+    if (stop_ >= 0) ::close(std::exchange(stop_, -1));
 }
 
 void KeyRing::watch(std::function<void()> onChange, std::function<void(const std::string&)> onWords) {
     onChange_ = std::move(onChange);
     onWords_ = std::move(onWords);
     stop_ = ::eventfd(0, EFD_CLOEXEC);
-    TESSERA_CHECK(stop_ >= 0, "no eventfd can be made");
+    if (stop_ < 0) throw std::system_error(errno, std::generic_category(), "eventfd");
     thread_ = std::thread([this] { run(); });
 }
 

@@ -309,7 +309,8 @@ function(tessera_test name folder)
   endif()
   add_executable(${name} ${sources})
   tessera_unite(${name})
-  target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest GTest::gtest_main fmt::fmt tessera_flags)
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} tessera_test_words GTest::gtest GTest::gtest_main fmt::fmt
+    tessera_flags)
   # What a test itself computes is little: half the time of compiling it is worth more.
   target_compile_options(${name} PRIVATE -O1)
   tessera_reuse_headers_for_tests(${name})

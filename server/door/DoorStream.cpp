@@ -260,11 +260,22 @@ void DoorStream::sayLast(std::string_view text, bool plain) {
     socket().shutdown(tcp::socket::shutdown_both, ignored);
 }
 
-void DoorStream::read(std::span<std::byte> room, Waits waits) {
-    impl_->read(room, std::move(waits));
+void DoorStream::read(const Pieces<asio::mutable_buffer>& into, Waits waits) {
+    if (!isSealed())
+        return raw().async_read_some(
+            into, [waits = std::move(waits)](Error error, std::size_t count) { waits->done(error, count); });
+    const asio::mutable_buffer first = into.count > 0 ? into.room.front() : asio::mutable_buffer();
+    impl_->read({static_cast<std::byte*>(first.data()), first.size()}, std::move(waits));
 }
 
-void DoorStream::write(ByteSpan bytes, Waits waits) {
+void DoorStream::write(const Pieces<asio::const_buffer>& from, Waits waits) {
+    if (!isSealed())
+        return raw().async_write_some(
+            from, [waits = std::move(waits)](Error error, std::size_t count) { waits->done(error, count); });
+    constexpr std::size_t kSealedAtOnce = std::size_t{64} << 10;
+    // Header and content of a message are one record.
+    Bytes bytes(std::min(asio::buffer_size(from), kSealedAtOnce));
+    asio::buffer_copy(asio::buffer(bytes), from);
     impl_->write(bytes, std::move(waits));
 }
 

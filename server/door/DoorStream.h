@@ -12,6 +12,7 @@
 #include <boost/beast/core/role.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -109,8 +110,7 @@ public:
     auto async_read_some(const Buffers& buffers, Handler&& handler) {
         return boost::asio::async_initiate<Handler, void(Error, std::size_t)>(
             [this](auto&& waits, const Buffers& into) {
-                if (!isSealed()) return raw().async_read_some(into, std::forward<decltype(waits)>(waits));
-                read(firstOf(into), waiter(std::forward<decltype(waits)>(waits)));
+                read(piecesOf<boost::asio::mutable_buffer>(into), waiter(std::forward<decltype(waits)>(waits)));
             },
             handler, buffers);
     }
@@ -118,11 +118,7 @@ public:
     auto async_write_some(const Buffers& buffers, Handler&& handler) {
         return boost::asio::async_initiate<Handler, void(Error, std::size_t)>(
             [this](auto&& waits, const Buffers& from) {
-                if (!isSealed()) return raw().async_write_some(from, std::forward<decltype(waits)>(waits));
-                // Header and content of a message are one record.
-                Bytes bytes(std::min(boost::asio::buffer_size(from), kSealedAtOnce));
-                boost::asio::buffer_copy(boost::asio::buffer(bytes), from);
-                write(bytes, waiter(std::forward<decltype(waits)>(waits)));
+                write(piecesOf<boost::asio::const_buffer>(from), waiter(std::forward<decltype(waits)>(waits)));
             },
             handler, buffers);
     }
@@ -138,8 +134,29 @@ public:
     }
 
 private:
-    static constexpr std::size_t kSealedAtOnce = std::size_t{64} << 10;
     using Waits = std::unique_ptr<DoorWaiter>;
+
+    /// The first buffers of a sequence, whatever its type: what the socket does is compiled once, and not for each type
+    /// of buffers and of who waits.
+    template <typename Buffer>
+    struct Pieces {
+        using value_type = Buffer;
+        using const_iterator = const Buffer*;
+        static constexpr std::size_t kMost = 32;  ///< a head of HTTP is one for each of its fields
+
+        std::array<Buffer, kMost> room;
+        std::size_t count = 0;
+        [[nodiscard]] const Buffer* begin() const { return room.data(); }
+        [[nodiscard]] const Buffer* end() const { return room.data() + count; }
+    };
+    template <typename Buffer, typename Buffers>
+    static Pieces<Buffer> piecesOf(const Buffers& buffers) {
+        Pieces<Buffer> pieces;
+        const auto end = boost::asio::buffer_sequence_end(buffers);
+        for (auto at = boost::asio::buffer_sequence_begin(buffers); at != end && pieces.count < pieces.kMost; ++at)
+            if (const Buffer one(*at); one.size() > 0) pieces.room[pieces.count++] = one;
+        return pieces;
+    }
 
     template <typename Handler>
     class Waiter : public DoorWaiter {
@@ -159,19 +176,11 @@ private:
     Waits waiter(Handler&& handler) const {
         return std::make_unique<Waiter<std::decay_t<Handler>>>(std::forward<Handler>(handler), executor_);
     }
-    template <typename Buffers>
-    static std::span<std::byte> firstOf(const Buffers& buffers) {
-        const auto end = boost::asio::buffer_sequence_end(buffers);
-        for (auto at = boost::asio::buffer_sequence_begin(buffers); at != end; ++at)
-            if (const boost::asio::mutable_buffer one(*at); one.size() > 0)
-                return {static_cast<std::byte*>(one.data()), one.size()};
-        return {};
-    }
 
     [[nodiscard]] Raw& raw();
     [[nodiscard]] bool isSealed() const;
-    void read(std::span<std::byte> room, Waits waits);
-    void write(ByteSpan bytes, Waits waits);
+    void read(const Pieces<boost::asio::mutable_buffer>& into, Waits waits);
+    void write(const Pieces<boost::asio::const_buffer>& from, Waits waits);
     /// Nothing more is said: until the peer has closed, too.
     void drain(Waits waits);
 

@@ -101,12 +101,13 @@ private:
 
     // ---- whether it lives
 
-    /// A ping waits behind what has been said: one who reads slowly answers it late, and lives.
+    /// A ping waits behind what has been said: one who reads slowly answers it late, and lives. One that is closed is
+    /// looked at, too: its last word may wait behind what it does not read.
     void lookLater() {
         clock_.expires_after(context_.limits.idle / kLooks);
         clock_.async_wait([weak = Weak(shared_from_this())](beast::error_code stopped) {
             const std::shared_ptr<SocketSession> self = stopped ? nullptr : weak.lock();
-            if (self && !self->closed_) self->look();
+            if (self && self->alive_) self->look();
         });
     }
     void look() {
@@ -115,7 +116,7 @@ private:
         quiet_ = moved || waitsForUs ? 0 : quiet_ + 1;
         if (quiet_ == kLooks) return leave();
         // A second one behind one that waits would take its place in the library, and who waits for it would stay.
-        if (quiet_ == kLooks / 2 && !std::exchange(pinging_, true))
+        if (quiet_ == kLooks / 2 && !closed_ && !std::exchange(pinging_, true))
             stream_.async_ping({}, [self = shared_from_this()](beast::error_code) {
                 self->pinging_ = false;
                 self->stream_.next_layer().progress().moved = false;  // that was the ping

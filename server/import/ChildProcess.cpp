@@ -19,6 +19,7 @@
 
 #include "common/base/ChildProgram.h"
 #include "common/base/FileHandle.h"
+#include "common/base/Shortage.h"
 #include "server/import/AssetFolders.h"
 #include "server/import/FormatTable.h"
 #include "server/import/Record.h"
@@ -35,8 +36,10 @@ struct Started {
 
 Expected<Started> start(const std::string& program, const std::string& file, const ImportOptions& options) {
     std::array<int, 2> ends{};
-    if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
+        noteFailedCall(errno);
         return fail(ErrorCode::kFailed, fmt::format("pipe: {}", std::strerror(errno)));
+    }
     FileHandle readEnd(ends[0]);
     FileHandle writeEnd(ends[1]);
 

@@ -45,6 +45,7 @@ struct DeskLimits {
     std::size_t maxProposalChanges = 500'000;  ///< and references in them
     /// Of all edits of a frame together, but for a single one: the others open the next frames, in their order.
     std::size_t maxFrameChanges = 50'000;
+    std::size_t maxFrameBytes = std::size_t{128} << 20;  ///< of their proposals, likewise
     /// Of a pick or a search for the nearest surface, between two frames: boxes and faces that it looks at. What takes
     /// more is answered beside them.
     std::uint64_t maxPickWork = 20'000;

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "common/base/Shortage.h"
 #include "common/base/StartThread.h"
 #include "common/base/Utf8.h"
 #include "common/cores/LoadWords.h"
@@ -111,10 +112,12 @@ void Loader::carryOutApart(Preparation order) {
             carryOut(made);
         } catch (const std::exception& shortage) {  // of threads, descriptors or memory
             made.refused = Error{ErrorCode::kLimit, fmt::format("the machine has no room for it: {}", shortage.what())};
+            order.isShortage = true;
         }
         if (!made.refused) return finish(std::move(made));
         // Nothing of a refused load outlives its thread: one text at the far end of its heap would keep all of it.
         refused = made.refused->code;
+        order.isShortage = order.isShortage || takeMetShortage();
         length = cutUtf8(made.refused->message, words.size()).copy(words.data(), words.size());
     });
     if (apart.joinable()) {
@@ -123,6 +126,7 @@ void Loader::carryOutApart(Preparation order) {
         order.refused = Error{*refused, std::string(words.data(), length)};
     } else {
         order.refused = Error{ErrorCode::kLimit, kNoThread};
+        order.isShortage = true;
     }
     finish(std::move(order));
 }

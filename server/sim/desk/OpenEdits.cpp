@@ -173,7 +173,7 @@ std::vector<Edit> OpenEdits::takeEdits() {
     std::vector<Edit> edits;
     std::vector<std::uint64_t> later;
     bool full = false;  // the others open another frame
-    std::size_t changes = 0;
+    std::size_t changes = 0, bytes = 0;
     const Simulation& simulation = around_.simulation;
     for (const std::uint64_t ticket : std::exchange(ready_, {})) {
         Open& open = open_.at(ticket);
@@ -190,7 +190,8 @@ std::vector<Edit> OpenEdits::takeEdits() {
         full = full || (step && !edits.empty());
         // Nor do many large ones hold up a frame.
         changes += open.edit.move ? 1 : weightOf(open.edit.list);
-        full = full || (!edits.empty() && changes > limits_.maxFrameChanges);
+        bytes += open.bytes;
+        full = full || (!edits.empty() && (changes > limits_.maxFrameChanges || bytes > limits_.maxFrameBytes));
         if (full) {
             later.push_back(ticket);
             continue;

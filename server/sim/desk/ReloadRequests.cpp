@@ -107,7 +107,7 @@ ServerActions ReloadRequests::changed(std::uint64_t number, FileWatch::News news
         return {};
     }
     // What people have removed they may bring back: it is looked for, and read once it stands there again.
-    if (!stands(known.file)) {
+    if (known.isFound && !stands(known.file)) {
         watch_->watch(number, *known.file.files, FileWatch::kGone);
         return {};
     }
@@ -130,17 +130,17 @@ ServerActions ReloadRequests::begin(std::uint64_t number) {
                               .asked = file.asked,
                               .content = file.content,
                               .file = number,
-                              .former = file.held,
+                              .former = known.isFound ? file.held : nullptr,
                               .watched = file.files}))
         return {};
-    return end(number, Error{ErrorCode::kLimit, "too many files wait to be loaded already"});
+    return end(number, Error{ErrorCode::kLimit, "too many files wait to be loaded already"}, true);
 }
 
 ServerActions ReloadRequests::read(Preparation made, TimePoint now) {
     const auto entry = files_.find(made.file);
     if (entry == files_.end()) return {};
     Known& known = entry->second;
-    if (made.refused) return end(made.file, *made.refused);
+    if (made.refused) return end(made.file, *made.refused, made.isShortage);
     known.change = std::move(made.change);
     known.files = std::move(made.files);
     if (!known.change) {
@@ -184,7 +184,7 @@ void ReloadRequests::findAgain(const std::string& path, const Placing& placing) 
                       .watched = file.files};
     if (!around_.loader.order(std::move(order)))
         return say(path + ": too many files wait to be loaded; it is not watched", true);
-    files_.emplace(next_++, Known{.file = file, .busy = true});
+    files_.emplace(next_++, Known{.file = file, .busy = true, .isFound = false});
 }
 
 void ReloadRequests::found(std::uint64_t number, const std::shared_ptr<HeldFile>& held, std::size_t objects) {
@@ -193,6 +193,7 @@ void ReloadRequests::found(std::uint64_t number, const std::shared_ptr<HeldFile>
                     known.file.path, objects, held->ids.size()));
     bytes_ += held->bytes;
     known.file.held = held;
+    known.isFound = true;
     known.file.files = std::exchange(known.files, nullptr);
     if (watch_) watch_->watch(number, *known.file.files);
     known.busy = false;
@@ -260,7 +261,7 @@ ServerActions ReloadRequests::committed(std::uint64_t number, const std::shared_
     return end(number, refused);
 }
 
-ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Error>& refused) {
+ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Error>& refused, bool isShortage) {
     constexpr std::size_t kMostNoteBytes = 500;
     Known& known = files_.at(number);
     FileInScene& file = known.file;
@@ -273,7 +274,7 @@ ServerActions ReloadRequests::end(std::uint64_t number, const std::optional<Erro
         if (words != known.said) say(words + "; what it held before stays", true);
         known.said = std::move(words);
         // A change for which the machine had no room is one still: it comes in once there is some.
-        if (refused->code == ErrorCode::kLimit && watch_) watch_->watch(number, *file.files);
+        if (isShortage && watch_) watch_->again(number);
     } else {
         known.said.clear();
         if (told.changed + told.created + told.removed + told.kept > 0) {

@@ -56,6 +56,7 @@ private:
     struct Known {
         FileInScene file;
         bool busy = false, again = false;
+        bool isFound = true;  ///< false: it was in the scene before this server began, and has not been read since
         std::vector<Asker> waiting, askers;  ///< for the next time, and for this one
         bool otherwise = false;
         int tries = 0;
@@ -76,7 +77,7 @@ private:
     [[nodiscard]] ServerActions planned(std::uint64_t number, Expected<ReloadPlan> plan, TimePoint now);
     [[nodiscard]] ServerActions committed(std::uint64_t number, const std::shared_ptr<ReloadPlan>& plan,
                                           const std::optional<Error>& refused, TimePoint now);
-    [[nodiscard]] ServerActions end(std::uint64_t number, const std::optional<Error>& refused);
+    [[nodiscard]] ServerActions end(std::uint64_t number, const std::optional<Error>& refused, bool isShortage = false);
     void count(Known& known, const ReloadPlan& plan) const;
     void say(const std::string& words, bool isWrong = false) const;
     void forgetOldest();

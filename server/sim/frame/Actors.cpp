@@ -14,10 +14,21 @@ namespace {
 
 using From = Actor::Incoming::From;
 
+using Consequences = std::vector<InlineContents::Consequence>;
+
 /// States of Inlines, and the way their content goes. What is refused is named in the state, and stays.
-void commitAll(const std::vector<InlineContents::Consequence>& consequences, ServersHand& hand) {
+///
+/// One may lie within what another one holds: it goes with that, or what goes of the other is less once it has gone.
+/// `now` says what follows in the scene as it has become.
+void commitAll(const Consequences& consequences, ServersHand& hand, const std::function<Consequences()>& now) {
     for (const InlineContents::Consequence& one : consequences) {
-        const Expected<void> applied = hand.apply(one.list);
+        if (!hand.scene().find(one.core)) continue;
+        Expected<void> applied = hand.apply(one.list);
+        if (!applied) {
+            const Consequences newer = now();
+            const auto same = std::ranges::find(newer, one.core, &InlineContents::Consequence::core);
+            if (same != newer.end()) applied = hand.apply(same->list);
+        }
         if (applied) continue;
         ChangeListBuilder state;
         setLoadState(state, one.core, one.type, LoadWords::kFailed,
@@ -48,6 +59,7 @@ Actor animationsRow(Animations& animations) {
     return {.name = "animations",
             .follow = [&](const Aspect& scene, const ChangeList* list) { animations.update(scene, list); },
             .want = [&](ActorStage& stage) { animations.want(stage); },
+            .settle = [&](ActorStage& stage, const StepResult&) { animations.settle(stage); },
             .hear = [&](const Aspect& scene, const WishOutcome& outcome,
                         ChangeListBuilder& list) { animations.hear(scene, outcome, list); },
             .drivers = [&](const ChangeList& list,
@@ -75,10 +87,12 @@ Actor inlinesRow(InlineContents& contents, OutsideActors* outside) {
     row.before = [&](ServersHand& hand, const ChangeList& list, Actor::ListOf of) -> Actor::Afterwards {
         std::vector<InlineContents::Change> wants;
         if (of != Actor::ListOf::kPartOfStep) wants = contents.changesBy(hand.scene(), list);
-        if (of != Actor::ListOf::kEdit) commitAll(contents.inTheWayOf(hand.scene(), list), hand);
+        const auto inTheWay = [&] { return contents.inTheWayOf(hand.scene(), list); };
+        if (of != Actor::ListOf::kEdit) commitAll(inTheWay(), hand, inTheWay);
         if (wants.empty()) return {};
         return [&contents, wants = std::move(wants)](ServersHand& after) {
-            commitAll(contents.following(after.scene(), wants), after);
+            const auto following = [&] { return contents.following(after.scene(), wants); };
+            commitAll(following(), after, following);
         };
     };
     if (outside)
@@ -232,7 +246,7 @@ std::vector<Actor> actorsOf(StepActors& step, OutsideActors* outside) {
         filmsRow(outside),
         handleSizesRow(step, outside),
         levelsRow(outside),
-        // Last in the step.
+        // Last in the step, behind the values of animations that were stopped.
         skinsRow(step.skins),
         handlesRow(step.handles),
         contactsRow(step.contacts),

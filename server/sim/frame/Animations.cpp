@@ -234,17 +234,25 @@ void Animations::want(ActorStage& stage) {
         transform.overlay(wish.pose);
         wish.actors.insert(wish.actors.end(), transform.animations.begin(), transform.animations.end());
     }
-    if (wanted.values.empty()) return;
+    applyValues(stage, wanted.values);
+}
+
+void Animations::settle(ActorStage& stage) {
+    applyValues(stage, std::exchange(late_, {}));
+}
+
+void Animations::applyValues(ActorStage& stage, const std::vector<AnimatedValue>& values) {
+    if (values.empty()) return;
     ChangeListBuilder all;
-    for (const AnimatedValue& value : wanted.values) addTo(all, value);
+    for (const AnimatedValue& value : values) addTo(all, value);
     if (stage.hand.apply(all.take())) return;
     // One of them is not to be: each by itself, and who wants it is paused.
-    for (const AnimatedValue& value : wanted.values) {
+    for (const AnimatedValue& value : values) {
         ChangeListBuilder one;
         addTo(one, value);
         const Expected<void> applied = stage.hand.apply(one.take());
-        if (applied || !stage.scene().get<Animation>(value.animation)->playing)
-            continue;  // or its earlier value has paused it
+        const Animation* const animation = stage.scene().get<Animation>(value.animation);
+        if (applied || !animation || !animation->playing) continue;  // or its earlier value has paused it
         stage.remarks.push_back(
             fmt::format("animation #{} is paused: {}", value.animation.value, applied.error().message));
         one.set(value.animation, typeOf<Animation>(), fieldId<&Animation::playing>, false);
@@ -253,6 +261,7 @@ void Animations::want(ActorStage& stage) {
 }
 
 void Animations::hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list) {
+    late_.clear();
     for (const AnimationStep& went : steps_) {
         const Animation* now = scene.get<Animation>(went.animation);
         // A hand may have set its time, even to the one that it had.
@@ -261,9 +270,9 @@ void Animations::hear(const Aspect& scene, const WishOutcome& outcome, ChangeLis
             continue;
         }
         if (outcome.stopped.contains(went.animation)) {
-            if (held_.insert(went.animation).second) setValues(scene, went.animation, went.from, went.time, list);
+            if (held_.insert(went.animation).second) wantValues(scene, went.animation, went.from, went.time);
         } else {
-            if (held_.contains(went.animation)) setValues(scene, went.animation, went.time, went.from, list);
+            if (held_.contains(went.animation)) wantValues(scene, went.animation, went.time, went.from);
             list.set(went.animation, typeOf<Animation>(), fieldId<&Animation::time>, toValue(went.time));
             if (!now->playing) carriedOn_.insert(went.animation);
         }
@@ -271,7 +280,7 @@ void Animations::hear(const Aspect& scene, const WishOutcome& outcome, ChangeLis
     }
 }
 
-void Animations::setValues(const Aspect& scene, ObjectId id, double time, double now, ChangeListBuilder& list) const {
+void Animations::wantValues(const Aspect& scene, ObjectId id, double time, double now) {
     const Known& known = known_.at(id);
     const std::int64_t mode = scene.get<Animation>(id)->mode;
     for (const ObjectId channel : known.channels) {
@@ -286,8 +295,9 @@ void Animations::setValues(const Aspect& scene, ObjectId id, double time, double
         if (valueAt(now)) continue;  // somebody else has written it
         std::optional<AnimatedValue> value = valueAt(time);
         if (!value) continue;
+        value->animation = id;
         value->object = frames.target;
-        addTo(list, *value);
+        late_.push_back(std::move(*value));
     }
 }
 

@@ -73,9 +73,11 @@ public:
     /// Adds to the wishes what they want of Transforms, and applies what they want of everything else. One whose value
     /// the scene refuses is paused.
     void want(ActorStage& stage);
-    /// Lets the time of all that was not stopped go on. An animation that was stopped has the values of its time. One
-    /// that is paused in this frame keeps the time of the picture that it has just made.
+    /// Lets the time of all that was not stopped go on. An animation that was stopped has the values of its time, from
+    /// `settle` on. One that is paused in this frame keeps the time of the picture that it has just made.
     void hear(const Aspect& scene, const WishOutcome& outcome, ChangeListBuilder& list);
+    /// Applies what `hear` has found. One whose value the scene refuses is paused.
+    void settle(ActorStage& stage);
     void appendDrivers(const ChangeList& list, std::vector<Actor::Driver>& drivers) const;
 
     [[nodiscard]] std::size_t playingCount() const { return playing_.size(); }
@@ -95,8 +97,9 @@ private:
         double last = 0;
         std::vector<std::pair<ObjectId, FieldId>> driven;  ///< while it plays: where it stands in byTarget_
     };
-    /// Sets everything but Transforms as it is shown at `time`, where it is as it was shown at `now`.
-    void setValues(const Aspect& scene, ObjectId id, double time, double now, ChangeListBuilder& list) const;
+    /// Wants everything but Transforms as it is shown at `time`, where it is as it was shown at `now`.
+    void wantValues(const Aspect& scene, ObjectId id, double time, double now);
+    static void applyValues(ActorStage& stage, const std::vector<AnimatedValue>& values);
     void lookAtFrames(const Aspect& scene, ObjectId id);
     void lookAt(const Aspect& scene, ObjectId id);
     void forget(ObjectId id);
@@ -112,6 +115,7 @@ private:
     std::set<ObjectId> held_;                                     ///< that play, and were stopped in the last frame
     std::set<std::tuple<ObjectId, FieldId, ObjectId>> byTarget_;  ///< of those that play: object, field, animation
     std::vector<AnimationStep> steps_;                            ///< of this frame
+    std::vector<AnimatedValue> late_;                             ///< of those that were stopped, or go on again
     std::uint64_t keysChecked_ = 0, framesPlayed_ = 0;
 };
 

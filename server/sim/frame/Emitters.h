@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "common/cores/ParticleEmitter.h"
 #include "server/sim/frame/Actor.h"
 
@@ -31,19 +33,31 @@ public:
         for (const ObjectId id : list->destructions) playing_.erase(id);
     }
 
-    void want(ActorStage& stage) const {
-        ChangeListBuilder list;
-        for (const ObjectId id : playing_) {
-            const ParticleEmitter& emitter = *stage.scene().get<ParticleEmitter>(id);
-            const double time = std::clamp(emitter.time + emitter.speed * stage.seconds, 0.0, kLatest);
-            if (time != emitter.time)
-                list.set(id, typeOf<ParticleEmitter>(), fieldId<&ParticleEmitter::time>, toValue(time));
+    /// An emitter that the rules of this version refuse, as a journal of another one may have it, stands still.
+    void want(ActorStage& stage) {
+        ChangeListBuilder all;
+        for (const ObjectId id : playing_) goOn(stage, id, all);
+        if (all.empty() || stage.hand.apply(all.take())) return;
+        for (const ObjectId id : std::set<ObjectId>(playing_)) {
+            ChangeListBuilder one;
+            goOn(stage, id, one);
+            if (one.empty()) continue;
+            if (const Expected<void> applied = stage.hand.apply(one.take()); !applied) {
+                playing_.erase(id);
+                stage.remarks.push_back(
+                    fmt::format("particle emitter #{} stands still: {}", id.value, applied.error().message));
+            }
         }
-        stage.hand.commit(list.take());
     }
 
 private:
     static constexpr double kLatest = 1e9;  ///< s: what the field may be; there it stands
+    static void goOn(const ActorStage& stage, ObjectId id, ChangeListBuilder& list) {
+        const ParticleEmitter& emitter = *stage.scene().get<ParticleEmitter>(id);
+        const double time = std::clamp(emitter.time + emitter.speed * stage.seconds, 0.0, kLatest);
+        if (time != emitter.time)
+            list.set(id, typeOf<ParticleEmitter>(), fieldId<&ParticleEmitter::time>, toValue(time));
+    }
     void look(const Aspect& scene, ObjectId id) {
         const ParticleEmitter* emitter = scene.get<ParticleEmitter>(id);
         if (emitter && emitter->playing)

@@ -45,6 +45,7 @@ struct Preparation {
     std::shared_ptr<ImportWatch> watch = {};  ///< of a file that a Loader has been ordered to read
 
     std::optional<Error> refused = {};     ///< why there is nothing
+    bool isShortage = false;               ///< of this machine, so that it may go another time
     std::vector<ChangeList> lists = {};    ///< cut for frames where `asked`, or of a copy; else one
     std::vector<Blob> arrays = {};         ///< that the lists of more than the first scene name
     ObjectId top = {};                     ///< the placeholder of the copy, or of the node that the file became

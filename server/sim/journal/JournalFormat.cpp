@@ -8,6 +8,7 @@
 
 #include "common/codec/FrameCodec.h"
 #include "common/codec/Parts.h"
+#include "common/scene/ColumnShapes.h"
 #include "proto/journal.pb.h"
 
 namespace tessera {
@@ -78,6 +79,7 @@ Expected<ChangeListPtr> listFrom(ByteSpan bytes, const Reading& how) {
     Expected<ChangeList> list = decodeChangeList(
         bytes, how.arrays, how.absent, {.maxBytes = limits.maxRecordBytes, .maxChanges = limits.maxListChanges});
     if (!list) return tl::unexpected(list.error());
+    if (Expected<void> shaped = checkColumnShapes(*list); !shaped) return tl::unexpected(shaped.error());
     return std::make_shared<const ChangeList>(std::move(*list));
 }
 

@@ -47,6 +47,10 @@ void FileWatch::forget(std::uint64_t group) {
     lane_->post([this, group] { groups_.erase(group); });
 }
 
+void FileWatch::again(std::uint64_t group) {
+    lane_->postAt(time_.now() + kAgain, [this, group] { tell_(group, News::kChanged); });
+}
+
 void FileWatch::look() {
     constexpr int kShare = 10;  // of its time: one in so many parts
     constexpr Duration kOften = Duration(std::chrono::seconds(1)) / kLooks, kLongest = std::chrono::minutes(1);

@@ -39,7 +39,7 @@ struct WatchedFiles {
 class FileWatch {
 public:
     static constexpr int kLooks = 10;
-    static constexpr std::chrono::milliseconds kQuiet{200}, kLongest{2000}, kGone{2000};
+    static constexpr std::chrono::milliseconds kQuiet{200}, kLongest{2000}, kGone{2000}, kAgain{2000};
 
     enum class News : std::uint8_t { kChanged, kGone };
     /// On the watch's lane.
@@ -50,6 +50,8 @@ public:
     /// file.
     void watch(std::uint64_t group, WatchedFiles files, Duration quiet = kQuiet);
     void forget(std::uint64_t group);
+    /// Tells kChanged once more in kAgain: what was told could not be taken in. Frame thread.
+    void again(std::uint64_t group);
 
 private:
     struct Group {

@@ -263,7 +263,7 @@ std::string Report::toJson(const Aspect& scene, const FrameBudget& budget, const
     }
     if (journal_)
         report["journal"] = {{"folder", journal_->folder}, {"bytes", journal_->bytes}, {"trouble", journal_->trouble}};
-    return report.dump(2) + "\n";
+    return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace tessera

@@ -1,9 +1,12 @@
-/// A machine that has no room for many more threads: std::thread refuses to start one, as pthread_create would.
+/// A machine that has no room for many more threads or descriptors.
 #pragma once
+
+#include <sys/resource.h>
 
 namespace tessera::simulation {
 
-/// While one lives. Threads of libraries (Mesa's) start all the same. One at a time.
+/// While one lives std::thread, and what Asio does in our programs, starts no thread, as if pthread_create refused.
+/// Threads of libraries (Mesa's) start all the same. One at a time.
 class ThreadShortage {
 public:
     /// False: it does nothing, as a sanitizer stands there itself.
@@ -14,6 +17,18 @@ public:
     ~ThreadShortage();
     ThreadShortage(const ThreadShortage&) = delete;
     ThreadShortage& operator=(const ThreadShortage&) = delete;
+};
+
+/// While one lives this process opens `room` files more, or fewer.
+class DescriptorShortage {
+public:
+    explicit DescriptorShortage(int room);
+    ~DescriptorShortage();
+    DescriptorShortage(const DescriptorShortage&) = delete;
+    DescriptorShortage& operator=(const DescriptorShortage&) = delete;
+
+private:
+    rlimit before_{};
 };
 
 }  // namespace tessera::simulation

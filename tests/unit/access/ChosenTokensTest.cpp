@@ -14,6 +14,7 @@
 #include "common/access/LocalWalls.h"
 #include "common/access/ServerTokens.h"
 #include "common/tls/Certificate.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
@@ -152,7 +153,7 @@ TEST_F(ChosenTokensTest, EndWhileTheirServerRunsAndStaySo) {
     const Expected<ServerTokens> again = start(kChosen, kAuthority);
     ASSERT_FALSE(again);
     EXPECT_EQ(again.error().code, ErrorCode::kUsage);
-    EXPECT_NE(again.error().message.find("write another one"), std::string::npos) << again.error().message;
+    EXPECT_WORDS(again.error().message);
 }
 
 TEST_F(ChosenTokensTest, AreKeptAsHashesForThisUserAlone) {
@@ -177,7 +178,7 @@ TEST_F(ChosenTokensTest, OfMoreThanCanBeKeptNoneServes) {
     for (std::size_t i = 1; i < ChosenTokens::kMostLines; ++i) text += hashOfToken(std::to_string(i)) + " ended\n";
     std::ofstream(stateFile(), std::ios::trunc) << text << "end\n";
     EXPECT_EQ(use(kHere), "serves") << "it is among them";
-    EXPECT_NE(use(kHere, kChosen + "2").find("the most there may be: start without --token-file"), std::string::npos);
+    EXPECT_WORDS(use(kHere, kChosen + "2"));
     startOtherwise(kInsecure);
     EXPECT_EQ(use(kHere), "ended") << "an end takes no room";
     EXPECT_LT(std::filesystem::file_size(stateFile()), 1u << 20);
@@ -187,20 +188,20 @@ TEST_F(ChosenTokensTest, WhoseEndCannotBeKeptDoNotServe) {
     std::ofstream(folder_ / "state") << "a file where the folder should be";
     const std::string why = use(kHere);
     EXPECT_NE(why.find("state/tessera"), std::string::npos) << why;
-    EXPECT_NE(why.find("set XDG_STATE_HOME"), std::string::npos) << why;
+    EXPECT_WORDS(why);
     EXPECT_FALSE(start(kChosen));
     EXPECT_TRUE(start("")) << "without such a token a server needs no such folder";
     std::filesystem::remove(folder_ / "state");
     std::filesystem::create_directories(folder_ / "state/tessera");
     chmod((folder_ / "state/tessera").c_str(), 0777);
-    EXPECT_NE(use(kHere).find("chmod 700"), std::string::npos) << use(kHere);
+    EXPECT_WORDS(use(kHere));
     chmod((folder_ / "state/tessera").c_str(), 0700);
     EXPECT_EQ(use(kHere), "serves");
     const char* const home = std::getenv("HOME");
     const std::string before = home ? home : "";
     unsetenv("XDG_STATE_HOME");
     unsetenv("HOME");
-    EXPECT_NE(use(kHere).find("neither XDG_STATE_HOME nor HOME"), std::string::npos) << use(kHere);
+    EXPECT_WORDS(use(kHere));
     setenv("HOME", folder_.path().c_str(), 1);
     EXPECT_EQ(stateFolder(), folder_ / ".local/state/tessera");
     EXPECT_EQ(use(kHere), "serves");
@@ -217,14 +218,14 @@ TEST_F(ChosenTokensTest, OfADamagedFileDoNotServe) {
          {std::string(), std::string("end"), good.substr(0, good.size() - 4), "rubbish\n" + good, hash + "\nend\n",
           hash + " ended more\nend\n", hash.substr(1) + " ended\nend\n", good + good, "\n" + good}) {
         std::ofstream(stateFile(), std::ios::trunc) << text;
-        EXPECT_NE(use(kHere).find("write another token into every file"), std::string::npos) << text << use(kHere);
+        EXPECT_WORDS(use(kHere));
         EXPECT_FALSE(endLocalLinks()) << text;
     }
     EXPECT_TRUE(start("")) << "it is told, and nobody's token is in danger";
     std::ofstream(stateFile(), std::ios::trunc) << good;
     EXPECT_EQ(use(kHere), "serves");
     chmod(stateFile().c_str(), 0644);
-    EXPECT_NE(use(kHere).find("chmod 600"), std::string::npos) << use(kHere);
+    EXPECT_WORDS(use(kHere));
 }
 
 /// Many servers of a user start at once.

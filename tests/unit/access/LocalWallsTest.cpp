@@ -14,6 +14,7 @@
 #include <set>
 
 #include "common/access/LocalWalls.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
@@ -108,7 +109,7 @@ TEST_F(LocalWalls, SeveralAtOnceHaveAPlaceEach) {
     const Expected<LocalWall> only = onlyLocalWall();
     ASSERT_FALSE(only);
     EXPECT_EQ(only.error().code, ErrorCode::kUsage);
-    EXPECT_NE(only.error().message.find("127.0.0.1:2 (2x2)"), std::string::npos) << only.error().message;
+    EXPECT_WORDS(only.error().message);
 }
 
 TEST_F(LocalWalls, TheServerThatIsMeantIsSaidOrNamedOrTheOnlyOne) {
@@ -154,15 +155,12 @@ TEST_F(LocalWalls, TheServerMayStandInAFileOfTheUser) {
     setenv("TESSERA_SERVER", "variable:1", 1);
     EXPECT_EQ(toString(serverMeant("")->address), "variable:1");
     unsetenv("TESSERA_SERVER");
-    for (const auto& [text, why] : {std::pair("master\n", "master"),
-                                    {"", "names no server"},
-                                    {"# none\n", "names no server"},
-                                    {"a:1\nb:2\n", "more than one"}}) {
+    for (const char* text : {"master\n", "", "# none\n", "a:1\nb:2\n"}) {
         const std::string said = withText(text);
         EXPECT_TRUE(said.starts_with(file + ": ")) << said;
-        EXPECT_NE(said.find(why), std::string::npos) << said;
+        EXPECT_WORDS(said);
     }
-    EXPECT_NE(withText(std::string(5000, '#')).find("more than 4096 bytes"), std::string::npos);
+    EXPECT_WORDS(withText(std::string(5000, '#')));
     std::filesystem::remove(file);
     std::filesystem::create_directory(file);
     EXPECT_TRUE(serverMeant("").error().message.starts_with(file + ": "));
@@ -217,7 +215,7 @@ TEST_F(LocalWalls, AreForTheirUserAlone) {
     const Expected<std::vector<LocalWall>> open = localWalls();
     ASSERT_FALSE(open);
     EXPECT_EQ(open.error().code, ErrorCode::kRefused);
-    EXPECT_NE(open.error().message.find("XDG_RUNTIME_DIR"), std::string::npos);
+    EXPECT_WORDS(open.error().message);
     chmod(run().c_str(), 0700);
 }
 
@@ -309,15 +307,15 @@ TEST_F(Access, IsWhatAFileSaysThatIsNamed) {
     EXPECT_EQ(to("127.0.0.1:7000"), std::string(20, 'v'));
     EXPECT_EQ(to("127.0.0.1:7000", file(word)), word);
     setenv("TESSERA_TOKEN", "short", 1);
-    EXPECT_NE(to("127.0.0.1:7000").find("TESSERA_TOKEN is no token"), std::string::npos);
+    EXPECT_WORDS(to("127.0.0.1:7000"));
     unsetenv("TESSERA_TOKEN");
     for (const std::string& wrong : {std::string(), std::string("short"), word + " two", std::string(10'000, 'w')})
-        EXPECT_NE(to("127.0.0.1:7000", file(wrong)).find("its first line is no token"), std::string::npos) << wrong;
-    EXPECT_NE(to("127.0.0.1:7000", "/no/such/file").find("No such file"), std::string::npos);
-    EXPECT_NE(to("127.0.0.1:7000", folder_.path()).find("it is no regular file"), std::string::npos);
+        EXPECT_WORDS(to("127.0.0.1:7000", file(wrong)));
+    EXPECT_WORDS(to("127.0.0.1:7000", "/no/such/file"));
+    EXPECT_WORDS(to("127.0.0.1:7000", folder_.path()));
     const std::string pipe = folder_.path() + "/pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    EXPECT_NE(to("127.0.0.1:7000", pipe).find("it is no regular file"), std::string::npos);
+    EXPECT_WORDS(to("127.0.0.1:7000", pipe));
 }
 
 /// Others could read it on the way.

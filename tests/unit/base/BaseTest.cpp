@@ -2,19 +2,28 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <new>
 #include <set>
 #include <sstream>
+#include <stdexcept>
+#include <system_error>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "common/base/Error.h"
 #include "common/base/Hash.h"
 #include "common/base/Log.h"
 #include "common/base/LowerCase.h"
 #include "common/base/Nearest.h"
+#include "common/base/RunProgram.h"
 #include "common/base/StrongId.h"
 #include "common/base/Utf8.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -132,6 +141,26 @@ TEST(NearestName, KeepsQuietWhereNothingIsNear) {
     EXPECT_EQ(nearestName("", known), "");
     EXPECT_EQ(nearestName("grid", {}), "");
     EXPECT_EQ(nearestName(std::string(100'000, 'a'), known), "") << "hostile lengths cost nothing";
+}
+
+TEST(RunProgram, SaysWhatTheMachineRefusesAndEndsWithTheCodeOfAFailure) {
+    const auto said = [](const std::function<int()>& run) {
+        testing::internal::CaptureStderr();
+        const int code = runProgram("tessera-test", run);
+        return std::pair(code, testing::internal::GetCapturedStderr());
+    };
+    const auto refused = [](int number) {
+        return [number]() -> int { throw std::system_error(number, std::generic_category(), "a call"); };
+    };
+    EXPECT_EQ(said([] { return 7; }), std::pair(7, std::string()));
+    const std::vector<std::function<int()>> runs{refused(EMFILE), refused(EAGAIN), refused(EPIPE),
+                                                 []() -> int { throw std::bad_alloc(); },
+                                                 []() -> int { throw std::runtime_error("a library's words"); }};
+    for (const std::function<int()>& run : runs) {
+        const auto [code, words] = said(run);
+        EXPECT_EQ(code, exitCode(ErrorCode::kFailed));
+        EXPECT_WORDS(words);
+    }
 }
 
 }  // namespace

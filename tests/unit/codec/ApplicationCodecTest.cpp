@@ -7,6 +7,7 @@
 #include <random>
 
 #include "common/request/Check.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/codec/Samples.h"
 
 namespace tessera {
@@ -287,7 +288,7 @@ TEST(ApplicationCodec, WhatANewerVersionAsksIsRefusedInWords) {
     for (const int b : {0xa2, 0x1f, 0x00}) bytes.push_back(static_cast<std::byte>(b));
     const auto request = decodeRequest(share(std::move(bytes)));
     ASSERT_FALSE(request);
-    EXPECT_NE(request.error().message.find("this version does not know"), std::string::npos);
+    EXPECT_WORDS(request.error().message);
 }
 
 TEST(ApplicationCodec, WhatAnOlderProgramAsksIsRefusedInWords) {

@@ -8,6 +8,7 @@
 #include "common/codec/Parts.h"
 #include "common/scene/FieldTable.h"
 #include "proto/change.pb.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/codec/Samples.h"
 
 namespace tessera {
@@ -46,8 +47,7 @@ TEST(ChangeCodec, RefusesOrKeepsAnAbsentBlobAsItIsTold) {
     const Bytes bytes = encodeChangeList(richList(blob));
     const auto refused = decodeChangeList(bytes, BlobStore());
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message.find(toHex(blob.id()) + " (12 bytes) is not here"), std::string::npos)
-        << refused.error().message;
+    EXPECT_WORDS(refused.error().message);
 
     const auto kept = decodeChangeList(bytes, BlobStore(), AbsentBlobs::kKeepAbsent);
     ASSERT_TRUE(kept);
@@ -64,7 +64,7 @@ TEST(ChangeCodec, RefusesABlobWhoseSizeIsNotTheKnownOne) {
     const Blob blob = store.add(blobOf(3));
     const auto decoded = decodeChangeList(encodeChangeList(richList(Blob::absent(blob.id(), 99))), store);
     ASSERT_FALSE(decoded);
-    EXPECT_NE(decoded.error().message.find("has 12 bytes, not 99"), std::string::npos);
+    EXPECT_WORDS(decoded.error().message);
 }
 
 TEST(ChangeCodec, RefusesEveryTruncation) {
@@ -184,7 +184,7 @@ TEST(ChangeCodec, RefusesFieldsOfANewerSchema) {
     const auto decoded =
         decodeChangeList(joinParts(head, std::vector<ByteSpan>(empty.begin(), empty.end())), BlobStore());
     ASSERT_FALSE(decoded);
-    EXPECT_NE(decoded.error().message.find("does not know"), std::string::npos);
+    EXPECT_WORDS(decoded.error().message);
 }
 
 TEST(ChangeCodec, RefusesAHeadOfCountlessEmptyColumnsBeforeItBecomesObjects) {

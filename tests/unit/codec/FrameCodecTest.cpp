@@ -1,4 +1,5 @@
 #include "common/codec/FrameCodec.h"
+#include "tests/support/words/Words.h"
 
 #include <gtest/gtest.h>
 
@@ -47,14 +48,14 @@ TEST(FrameCodec, RefusesViewsThatNobodyCouldDraw) {
         const auto decoded = decodeFrame(encodeFrame(payload));
         return decoded ? "" : decoded.error().message;
     };
-    EXPECT_NE(error([](View& v) { v.position.x() = NAN; }).find("not finite"), std::string::npos);
-    EXPECT_NE(error([](View& v) { v.orientation.coeffs().setZero(); }).find("normalised"), std::string::npos);
-    EXPECT_NE(error([](View& v) { v.worldUnitsPerMetre = 0; }).find("scale"), std::string::npos);
-    EXPECT_NE(error([](View& v) { v.worldUnitsPerMetre = INFINITY; }).find("scale"), std::string::npos);
-    EXPECT_NE(error([](View& v) { v.users[1].position.z() = INFINITY; }).find("not finite"), std::string::npos);
-    EXPECT_NE(error([](View& v) { v.users[1].eyeSeparationMetres = NAN; }).find("eye separation"), std::string::npos);
-    EXPECT_NE(error([](View& v) { v.users[1].name.assign(1000, 'x'); }).find("1000 bytes"), std::string::npos);
-    EXPECT_NE(error([](View& v) { v.users.resize(65); }).find("65 users"), std::string::npos);
+    EXPECT_WORDS(error([](View& v) { v.position.x() = NAN; }));
+    EXPECT_WORDS(error([](View& v) { v.orientation.coeffs().setZero(); }));
+    EXPECT_WORDS(error([](View& v) { v.worldUnitsPerMetre = 0; }));
+    EXPECT_WORDS(error([](View& v) { v.worldUnitsPerMetre = INFINITY; }));
+    EXPECT_WORDS(error([](View& v) { v.users[1].position.z() = INFINITY; }));
+    EXPECT_WORDS(error([](View& v) { v.users[1].eyeSeparationMetres = NAN; }));
+    EXPECT_WORDS(error([](View& v) { v.users[1].name.assign(1000, 'x'); }));
+    EXPECT_WORDS(error([](View& v) { v.users.resize(65); }));
 }
 
 TEST(FrameCodec, CarriesAStudioAndNothingWhereThereIsNone) {

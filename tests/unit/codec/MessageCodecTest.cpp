@@ -1,4 +1,5 @@
 #include "common/codec/MessageCodec.h"
+#include "tests/support/words/Words.h"
 
 #include <gtest/gtest.h>
 
@@ -96,7 +97,7 @@ TEST(MessageCodec, ANumberThatDoesNotFitItsFieldIsRefused) {
     bytes[0] = static_cast<std::byte>(bytes.size() - 8);
     const auto back = decodeMessage(wireType(request), share(Bytes(bytes)));
     ASSERT_FALSE(back);
-    EXPECT_NE(back.error().message.find("unknown value 4294967300"), std::string::npos) << back.error().message;
+    EXPECT_WORDS(back.error().message);
 }
 
 TEST(MessageCodec, WhatIsMissingArrivesEmptyAndNeverNull) {
@@ -143,10 +144,10 @@ TEST(MessageCodec, RefusesWhatIsOutOfRange) {
     };
     message::Hello hello;
     hello.role = static_cast<PeerRole>(2);
-    EXPECT_NE(why(hello).find("unknown value 2"), std::string::npos);
+    EXPECT_WORDS(why(hello));
     hello.role = PeerRole::kHost;
     hello.name = std::string(1025, 'x');
-    EXPECT_NE(why(hello).find("1025 bytes; at most 1024"), std::string::npos);
+    EXPECT_WORDS(why(hello));
     hello.name = std::string(1 << 20, 'x');
     EXPECT_NE(why(hello), "accepted");
 

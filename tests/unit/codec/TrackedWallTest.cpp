@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/codec/WallCodec.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -77,40 +78,37 @@ TEST(TrackedWall, TravelsWhole) {
 
 TEST(TrackedWall, SaysWhatIsWrongAndWhere) {
     struct Case {
-        const char *from, *to, *place, *words;
+        const char *from, *to, *place;
     };
     const Case cases[] = {
-        {"tracker: \"art\" sensor: 3", "tracker: \"arr\" sensor: 3",
-         ":4:", "the head of user \"viewer\": there is no tracker \"arr\" (did you mean \"art\"?)"},
-        {"sensor: 3", "sensor: -3", ":4:", "follows body -3: 0 to 65535"},
-        {"y: -0.08", "y: -80", ":4:", "millimetres"},
-        {"w: 0 y: 1 }", "w: 0 }", ":14:", "wand \"right\" has an offset that has an orientation whose length is 0"},
-        {"name: \"left\" mount { tracker: \"lab\" }", "name: \"left\" mount { }",
-         ":15:", "wand \"left\": there is no tracker \"\""},
-        {"name: \"left\"", "name: \"right\"", ":15:", "there are two wands \"right\""},
-        {"listen: \"0.0.0.0:5000\"", "listen: \"0.0.0.0\"", ":8:", "tracker \"art\" listens at \"0.0.0.0\""},
-        {"listen: \"0.0.0.0:5000\"", "listen: \"0.0.0.0:70000\"", ":8:", "a port from 1 to 65535"},
-        {"listen: \"0.0.0.0:5000\"", "listen: \"[::]:9000\"", ":12:", "listens at [::]:9000, where \"art\" does"},
-        {"listen: \"0.0.0.0:5000\"", "listen: \"0.0.0.0:9000\"",
-         ":12:", "listens at [::]:9000, where \"art\" does (0.0.0.0:9000)"},
-        {"listen: \"0.0.0.0:5000\"", "listen: \"127.0.0.1:9000\"", ":12:", "where \"art\" does (127.0.0.1:9000)"},
-        {"dtrack { listen: \"0.0.0.0:5000\" }", "", ":8:", "does not say what it speaks"},
-        {"axes: \"x z -y\"", "axes: \"x z z\"", ":8:", "axes \"x z z\" name no frame"},
-        {"scale: 0.0011", "scale: -1", ":8:", "metres per unit"},
-        {"w: 0.5 x: 0.5 y: 0.5 z: 0.5", "", ":8:", "an orientation whose length is 0"},
-        {"w: 0.5 x: 0.5 y: 0.5 z: 0.5", "w: 1e308 x: 1e308", ":8:", "beyond what numbers can hold"},
-        {"x: 0.1 y: 0.2", "x: 1000 y: 0.2", ":8:", "millimetres"},
-        {"\"10.1.0.0/16\"", "\"gateway\"", ":8:", "\"gateway\" is no address"},
-        {"jitter_mm: 0.7", "jitter_mm: nan", ":8:", "jitter_mm"},
-        {"predict_ms: 40", "predict_ms: 999999999999", ":8:", "0 to 500"},
-        {"jump_m: 0.3", "jump_m: 0", ":8:", "jump_m"},
-        {"hold_ms: 2000", "hold_ms: -1", ":8:", "hold_ms"},
-        {"hold_ms: 2000", "hold_ms: 9000000000000000000", ":8:", "hold_ms 9000000000000000000"},
-        {"vrpn://lab.example:3884/Tracker0", "vrpn://lab.example:3884", ":13:", "it names no device"},
-        {"vrpn://lab.example:3884/Tracker0", "vrpn://lab.example:0/Tracker0", ":13:", "a number from 1 to 65535"},
-        {"vrpn://lab.example:3884/Tracker0", "Tracker0@lab", ":13:", "vrpn://HOST:PORT/DEVICE"},
-        {"name: \"phone\"", "name: \"art\"", ":12:", "there are two trackers \"art\""},
-        {"name: \"phone\"", "name: \"my phone\"", ":12:", "a character that file names should not have"},
+        {"tracker: \"art\" sensor: 3", "tracker: \"arr\" sensor: 3", ":4:"},
+        {"sensor: 3", "sensor: -3", ":4:"},
+        {"y: -0.08", "y: -80", ":4:"},
+        {"w: 0 y: 1 }", "w: 0 }", ":14:"},
+        {"name: \"left\" mount { tracker: \"lab\" }", "name: \"left\" mount { }", ":15:"},
+        {"name: \"left\"", "name: \"right\"", ":15:"},
+        {"listen: \"0.0.0.0:5000\"", "listen: \"0.0.0.0\"", ":8:"},
+        {"listen: \"0.0.0.0:5000\"", "listen: \"0.0.0.0:70000\"", ":8:"},
+        {"listen: \"0.0.0.0:5000\"", "listen: \"[::]:9000\"", ":12:"},
+        {"listen: \"0.0.0.0:5000\"", "listen: \"0.0.0.0:9000\"", ":12:"},
+        {"listen: \"0.0.0.0:5000\"", "listen: \"127.0.0.1:9000\"", ":12:"},
+        {"dtrack { listen: \"0.0.0.0:5000\" }", "", ":8:"},
+        {"axes: \"x z -y\"", "axes: \"x z z\"", ":8:"},
+        {"scale: 0.0011", "scale: -1", ":8:"},
+        {"w: 0.5 x: 0.5 y: 0.5 z: 0.5", "", ":8:"},
+        {"w: 0.5 x: 0.5 y: 0.5 z: 0.5", "w: 1e308 x: 1e308", ":8:"},
+        {"x: 0.1 y: 0.2", "x: 1000 y: 0.2", ":8:"},
+        {"\"10.1.0.0/16\"", "\"gateway\"", ":8:"},
+        {"jitter_mm: 0.7", "jitter_mm: nan", ":8:"},
+        {"predict_ms: 40", "predict_ms: 999999999999", ":8:"},
+        {"jump_m: 0.3", "jump_m: 0", ":8:"},
+        {"hold_ms: 2000", "hold_ms: -1", ":8:"},
+        {"hold_ms: 2000", "hold_ms: 9000000000000000000", ":8:"},
+        {"vrpn://lab.example:3884/Tracker0", "vrpn://lab.example:3884", ":13:"},
+        {"vrpn://lab.example:3884/Tracker0", "vrpn://lab.example:0/Tracker0", ":13:"},
+        {"vrpn://lab.example:3884/Tracker0", "Tracker0@lab", ":13:"},
+        {"name: \"phone\"", "name: \"art\"", ":12:"},
+        {"name: \"phone\"", "name: \"my phone\"", ":12:"},
     };
     for (const Case& one : cases) {
         std::string text = kTracked;
@@ -119,9 +117,9 @@ TEST(TrackedWall, SaysWhatIsWrongAndWhere) {
         text.replace(at, std::string(one.from).size(), one.to);
         const Expected<Wall> wall = parseWall(text, "tracked.wall");
         ASSERT_FALSE(wall) << one.to;
-        EXPECT_NE(wall.error().message.find(one.words), std::string::npos) << one.to << ": " << wall.error().message;
         EXPECT_EQ(wall.error().message.find(std::string("tracked.wall") + one.place), 0u)
             << one.to << ": " << wall.error().message;
+        EXPECT_WORDS(wall.error().message);
     }
 }
 

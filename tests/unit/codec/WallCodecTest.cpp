@@ -9,6 +9,7 @@
 
 #include "common/base/ShippedFiles.h"
 #include "common/wall/View.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -42,7 +43,12 @@ std::string errorAfter(const std::string& from, const std::string& to) {
 }
 
 #define EXPECT_BEGINS(text, start) EXPECT_EQ(std::string(text).substr(0, std::string(start).size()), start)
-#define EXPECT_HAS(text, part) EXPECT_NE(std::string(text).find(part), std::string::npos) << text
+
+/// At this place of some/try.wall, "2:38".
+void expectWordsAt(const std::string& place, const std::string& error) {
+    EXPECT_BEGINS(error, "some/try.wall:" + place + ": ");
+    EXPECT_WORDS(error);
+}
 
 TEST(WallText, ReadsTheDocumentedExample) {
     const Expected<Wall> wall = parseWall(kExample, "some/try.wall");
@@ -90,28 +96,28 @@ TEST(WallText, RefusesMachinesThatCouldMeanSomethingElseToAShell) {
         return errorAfter("hosts { name: \"left\"", "hosts { name: \"left\" machine { " + inside + " }");
     };
     EXPECT_BEGINS(with(""), "some/try.wall:");
-    EXPECT_HAS(with(""), "the machine of host \"left\" has no address");
+    EXPECT_WORDS(with(""));
     for (const char* ssh :
          {"-oProxyCommand=x", "me@-oProxyCommand=x", "a b", "a;b", "a\\nb", "a$b", "`a`", "a'b", "@wall", "me@", "a|b"})
-        EXPECT_HAS(with(std::string("ssh: \"") + ssh + "\""), "the machine of host \"left\" has ");
+        EXPECT_WORDS(with(std::string("ssh: \"") + ssh + "\""));
     for (const char* ssh :
          {"wall-3", "me@wall-3.lab.example", "me@10.0.0.3", "me@fe80::1%eth0", "user.name@wall_3", "mein-wand-ä"})
         EXPECT_EQ(with(std::string("ssh: \"") + ssh + "\""), "accepted") << ssh;
-    EXPECT_HAS(with("ssh: \"a\" port: 65536"), "port 65536");
-    EXPECT_HAS(with("ssh: \"a\" port: -1"), "port -1");
-    EXPECT_HAS(with("ssh: \"a\" command: \"-c\""), "no program");
-    EXPECT_HAS(with("ssh: \"a\" command: \"x\\ny\""), "control character in the command");
-    EXPECT_HAS(with("ssh: \"a\" display: \":0\\n\""), "control character in the display");
-    EXPECT_HAS(with("ssh: \"a\" args: \"a\\001\""), "control character in args");
-    EXPECT_HAS(with("ssh: \"a\" args: \"--host=b\""), "--host in args");
-    EXPECT_HAS(with("ssh: \"a\" args: \"" + std::string(5000, 'x') + "\""), "5000 bytes");
-    EXPECT_HAS(with("ssh: \"a\" environment { name: \"A B\" }"), "no shell knows");
-    EXPECT_HAS(with("ssh: \"a\" environment { name: \"1A\" }"), "no shell knows");
-    EXPECT_HAS(with("ssh: \"a\" environment { name: \"A\" value: \"x\\ny\" }"), "variable A");
+    EXPECT_WORDS(with("ssh: \"a\" port: 65536"));
+    EXPECT_WORDS(with("ssh: \"a\" port: -1"));
+    EXPECT_WORDS(with("ssh: \"a\" command: \"-c\""));
+    EXPECT_WORDS(with("ssh: \"a\" command: \"x\\ny\""));
+    EXPECT_WORDS(with("ssh: \"a\" display: \":0\\n\""));
+    EXPECT_WORDS(with("ssh: \"a\" args: \"a\\001\""));
+    EXPECT_WORDS(with("ssh: \"a\" args: \"--host=b\""));
+    EXPECT_WORDS(with("ssh: \"a\" args: \"" + std::string(5000, 'x') + "\""));
+    EXPECT_WORDS(with("ssh: \"a\" environment { name: \"A B\" }"));
+    EXPECT_WORDS(with("ssh: \"a\" environment { name: \"1A\" }"));
+    EXPECT_WORDS(with("ssh: \"a\" environment { name: \"A\" value: \"x\\ny\" }"));
     std::string many = "ssh: \"a\"";
     for (int i = 0; i < 65; ++i) many += " args: \"x\"";
-    EXPECT_HAS(with(many), "65 args");
-    EXPECT_HAS(with("shh: \"a\""), "unknown key \"shh\"");
+    EXPECT_WORDS(with(many));
+    EXPECT_WORDS(with("shh: \"a\""));
 }
 
 TEST(WallText, ReadsWhatTheExampleLeavesOut) {
@@ -126,7 +132,7 @@ TEST(WallText, ReadsWhatTheExampleLeavesOut) {
     EXPECT_EQ(wall->culler, CullerKind::kMasked);
     const Expected<Wall> wrong = parseWall("culler: \"magic\"\n" + text, "f");
     ASSERT_FALSE(wrong);
-    EXPECT_NE(wrong.error().message.find("there is no culler 'magic'"), std::string::npos) << wrong.error().message;
+    EXPECT_WORDS(wrong.error().message);
     EXPECT_EQ(wall->sync.lateFrame, LateFramePolicy::kHold);
     EXPECT_EQ(wall->sync.lateAfter.count(), 40);
     EXPECT_EQ(wall->sync.startDeadline.count(), 900);
@@ -147,9 +153,8 @@ TEST(WallText, TakesAnyThreeCornersAndFourThatClose) {
         EXPECT_LT((wall->screens[0].lowerRight - expected.lowerRight).norm(), 1e-12);
         EXPECT_LT((wall->screens[0].upperLeft - expected.upperLeft).norm(), 1e-12);
     }
-    EXPECT_HAS(errorAfter(all, ll + ur), "has 2 of its corners");
-    EXPECT_HAS(errorAfter(all, all + " upper_right { x: 1.6 y: 2.5 z: 0 }"),
-               "do not close: upper_right is 0.1 m from where");
+    EXPECT_WORDS(errorAfter(all, ll + ur));
+    EXPECT_WORDS(errorAfter(all, all + " upper_right { x: 1.6 y: 2.5 z: 0 }"));
 }
 
 TEST(WallText, MayBeginWithAByteOrderMark) {
@@ -164,16 +169,11 @@ TEST(WallText, MayBeginWithAByteOrderMark) {
 }
 
 TEST(WallText, NamesTheNearestKeyAndItsPlace) {
-    EXPECT_BEGINS(errorAfter("lower_right", "lower_rigth"),
-                  "some/try.wall:2:38: unknown key \"lower_rigth\"; did you mean \"lower_right\"?");
-    EXPECT_BEGINS(errorAfter("hosts { name: \"left\"", "host { name: \"left\""),
-                  "some/try.wall:5:1: unknown key \"host\"; did you mean \"hosts\"?");
-    EXPECT_BEGINS(errorAfter("columns: 2", "colums: 2"),
-                  "some/try.wall:3:10: unknown key \"colums\"; did you mean \"columns\"?");
-    EXPECT_BEGINS(errorAfter("heartbeat_ms", "hartbeat_ms"),
-                  "some/try.wall:8:51: unknown key \"hartbeat_ms\"; did you mean \"heartbeat_ms\"?");
-    const std::string strange = errorAfter("columns: 2", "zzzzqqqq: 2");
-    EXPECT_HAS(strange, "unknown key \"zzzzqqqq\"; known: columns, rows, tile_width_px");
+    expectWordsAt("2:38", errorAfter("lower_right", "lower_rigth"));
+    expectWordsAt("5:1", errorAfter("hosts { name: \"left\"", "host { name: \"left\""));
+    expectWordsAt("3:10", errorAfter("columns: 2", "colums: 2"));
+    expectWordsAt("8:51", errorAfter("heartbeat_ms", "hartbeat_ms"));
+    EXPECT_WORDS(errorAfter("columns: 2", "zzzzqqqq: 2"));
 }
 
 TEST(WallText, NamesTheBraceThatNobodyClosed) {
@@ -183,52 +183,45 @@ TEST(WallText, NamesTheBraceThatNobodyClosed) {
     EXPECT_EQ(key.error().message, "x.wall:3:3: unknown key \"lower_left\" here; is the '{' of grid in line 2 closed?");
     const Expected<Wall> end = parseWall("screens { name: \"front\"\n  grid { columns: 2 }\n", "x.wall");
     ASSERT_FALSE(end);
-    EXPECT_HAS(end.error().message, "the file ends here, and the '{' of screens in line 1 is not closed");
+    EXPECT_WORDS(end.error().message);
 }
 
 TEST(WallText, PointsToAKeyWhoseValueStandsOnTheNextLine) {
-    EXPECT_BEGINS(errorAfter("hosts { name: \"right\"\n", "hosts { nam\n: \"right\"\n"),
-                  "some/try.wall:6:9: unknown key \"nam\"");
+    expectWordsAt("6:9", errorAfter("hosts { name: \"right\"\n", "hosts { nam\n: \"right\"\n"));
 }
 
 TEST(WallText, NamesTheNearestEnumerationValue) {
-    EXPECT_BEGINS(
-        errorAfter("eye: CENTER", "eye: CENTRE"),
-        "some/try.wall:5:68: eye cannot be \"CENTRE\"; did you mean \"CENTER\"? (known: CENTER, LEFT, RIGHT)");
-    EXPECT_HAS(errorAfter("late_frame: WAIT", "late_frame: hold"), "did you mean \"HOLD\"");
-    EXPECT_HAS(errorAfter("late_frame: WAIT", "late_frame: 17"), "try.wall:8:1: late_frame cannot be 17");
-    EXPECT_HAS(errorAfter("column: 1 row: 0 eye: CENTER", "column: 1 row: 0 eye: 9"), "try.wall:7:3: eye cannot be 9");
+    expectWordsAt("5:68", errorAfter("eye: CENTER", "eye: CENTRE"));
+    EXPECT_WORDS(errorAfter("late_frame: WAIT", "late_frame: hold"));
+    expectWordsAt("8:1", errorAfter("late_frame: WAIT", "late_frame: 17"));
+    expectWordsAt("7:3", errorAfter("column: 1 row: 0 eye: CENTER", "column: 1 row: 0 eye: 9"));
 }
 
 TEST(WallText, SaysWhereTextIsMalformed) {
-    EXPECT_BEGINS(errorAfter("columns: 2", "columns: two"), "some/try.wall:3:19: Expected integer");
+    // (The words of most are protobuf's.)
+    EXPECT_BEGINS(errorAfter("columns: 2", "columns: two"), "some/try.wall:3:19: ");
     EXPECT_BEGINS(errorAfter("columns: 2", "columns: 1.5"), "some/try.wall:3:19: ");
     EXPECT_BEGINS(errorAfter("columns: 2", "columns: 99999999999"), "some/try.wall:3:19: ");
-    EXPECT_BEGINS(errorAfter("columns: 2", "columns: 2 columns: 3"), "some/try.wall:3:21: \"columns\" is given twice");
+    expectWordsAt("3:21", errorAfter("columns: 2", "columns: 2 columns: 3"));
     EXPECT_BEGINS(errorOf(std::string(kExample) + "}"), "some/try.wall:9:1: ");
     EXPECT_BEGINS(errorOf(std::string(kExample) + "hosts { name: \"unfinished"), "some/try.wall:9:");
-    EXPECT_HAS(errorOf(""), "no screens");
-    EXPECT_HAS(errorOf("\x7f"
-                       "ELF\x01\x02"),
-               "some/try.wall:1:");
+    EXPECT_WORDS(errorOf(""));
+    EXPECT_BEGINS(errorOf("\x7f"
+                          "ELF\x01\x02"),
+                  "some/try.wall:1:");
 }
 
 TEST(WallText, PointsToThePartThatMakesNoSense) {
-    EXPECT_BEGINS(errorAfter("upper_left { x: -1.6", "upper_left { x: -1.2"),
-                  "some/try.wall:1:1: screen \"front\" is skewed");
-    EXPECT_BEGINS(errorAfter("z: 2.4", "z: 2400"), "some/try.wall:4:1: user \"viewer\" stands 2400 m away");
-    EXPECT_BEGINS(errorAfter("column: 1", "column: 0"),
-                  "some/try.wall:7:3: host \"right\": column 0 row 0 of screen \"front\" is assigned twice");
-    EXPECT_BEGINS(errorAfter("name: \"right\"", "name: \"left\""), "some/try.wall:6:1: there are two hosts \"left\"");
-    EXPECT_BEGINS(errorAfter("heartbeat_ms: 100", "heartbeat_ms: 500"),
-                  "some/try.wall:8:1: a host is lost after 800 ms");
-    EXPECT_BEGINS(errorAfter("user: \"viewer\" } }\nsync", "user: \"viewr\" } }\nsync"),
-                  "some/try.wall:7:3: host \"right\": there is no user \"viewr\"");
-    EXPECT_HAS(errorAfter("position { x: 0 y: 1.7 z: 2.4 }", ""), "some/try.wall:4:1: user \"viewer\" has no position");
-    EXPECT_HAS(errorAfter("grid { columns: 2 rows: 1 tile_width_px: 960 tile_height_px: 540 }", ""), "has no grid");
-    EXPECT_HAS(errorAfter("x: -1.6", "x: nan"), "finite");
-    EXPECT_HAS(errorAfter("frame_deadline_ms: 10000", "frame_deadline_ms: 9223372036854775807"),
-               "frame_deadline_ms is");
+    expectWordsAt("1:1", errorAfter("upper_left { x: -1.6", "upper_left { x: -1.2"));
+    expectWordsAt("4:1", errorAfter("z: 2.4", "z: 2400"));
+    expectWordsAt("7:3", errorAfter("column: 1", "column: 0"));
+    expectWordsAt("6:1", errorAfter("name: \"right\"", "name: \"left\""));
+    expectWordsAt("8:1", errorAfter("heartbeat_ms: 100", "heartbeat_ms: 500"));
+    expectWordsAt("7:3", errorAfter("user: \"viewer\" } }\nsync", "user: \"viewr\" } }\nsync"));
+    expectWordsAt("4:1", errorAfter("position { x: 0 y: 1.7 z: 2.4 }", ""));
+    EXPECT_WORDS(errorAfter("grid { columns: 2 rows: 1 tile_width_px: 960 tile_height_px: 540 }", ""));
+    EXPECT_WORDS(errorAfter("x: -1.6", "x: nan"));
+    EXPECT_WORDS(errorAfter("frame_deadline_ms: 10000", "frame_deadline_ms: 9223372036854775807"));
 }
 
 TEST(WallText, IsUtf8AsHostsAreToldIt) {
@@ -236,8 +229,7 @@ TEST(WallText, IsUtf8AsHostsAreToldIt) {
     ASSERT_TRUE(wall) << wall.error().message;
     EXPECT_EQ(wall->name, "b?try") << "the file may be called anything";
     EXPECT_TRUE(decodeWall(encodeWall(*wall)));
-    EXPECT_HAS(errorAfter("hosts { name: \"left\"", "hosts { machine { ssh: \"wall@b\\377d\" } name: \"left\""),
-               "ssh: \"wall@b?d\" is not UTF-8");
+    EXPECT_WORDS(errorAfter("hosts { name: \"left\"", "hosts { machine { ssh: \"wall@b\\377d\" } name: \"left\""));
     Wall other = *wall;
     other.hosts[0].tiles[0].output.warpFile = "b\xff.warp";
     const Expected<std::string> text = wallText(other);
@@ -255,7 +247,7 @@ TEST(WallText, RefusesDeepAndLargeText) {
     EXPECT_EQ(large.error().code, ErrorCode::kLimit);
     std::string many;
     while (many.size() < kMaxWallBytes - 20) many += "hosts{}";
-    EXPECT_HAS(errorOf(many), "no screens");
+    EXPECT_WORDS(errorOf(many));
 }
 
 TEST(WallText, AnswersEveryTruncationAndFlippedByteWithAMessage) {
@@ -335,7 +327,7 @@ TEST(WallBytes, NeverCrashWhateverTheyAre) {
 class WallFiles : public testing::Test {
 protected:
     WallFiles() {
-        std::string pattern = testing::TempDir() + "tessera-walls-XXXXXX";
+        std::string pattern = testing::TempDir() + "tessera-test-XXXXXX";
         folder_ = ::mkdtemp(pattern.data());
     }
     ~WallFiles() override { fs::remove_all(folder_); }
@@ -365,19 +357,20 @@ TEST_F(WallFiles, AreLoadedWithTheirNameInFrontOfErrors) {
     ASSERT_TRUE(good) << good.error().message;
     EXPECT_EQ(good->name, "good");
     write("bad.wall", "screens { nam: \"x\" }");
-    EXPECT_BEGINS(loadWall((folder_ / "bad.wall").string()).error().message,
-                  (folder_ / "bad.wall").string() + ":1:11: unknown key");
+    const std::string bad = loadWall((folder_ / "bad.wall").string()).error().message;
+    EXPECT_BEGINS(bad, (folder_ / "bad.wall").string() + ":1:11: ");
+    EXPECT_WORDS(bad);
 }
 
 TEST_F(WallFiles, ThatAreNoFilesAreRefused) {
     EXPECT_EQ(loadWall((folder_ / "none.wall").string()).error().code, ErrorCode::kNotFound);
     EXPECT_EQ(loadWall(folder_.string()).error().code, ErrorCode::kBadInput);
     write("good.wall", kExample);
-    EXPECT_NE(loadWall((folder_ / "god.wall").string()).error().message.find("good.wall\"?)"), std::string::npos);
+    EXPECT_WORDS(loadWall((folder_ / "god.wall").string()).error().message);
     for (const char* others : {"{\"version\": 1}", "\n<pvx>", "PK\3\4", "\xFF\xFE<", "\xFE\xFF"}) {
         std::ofstream(folder_ / "theirs") << others;
         const std::string message = loadWall((folder_ / "theirs").string()).error().message;
-        EXPECT_NE(message.find("tessera-convert"), std::string::npos) << message;
+        EXPECT_WORDS(message);
     }
     EXPECT_EQ(loadWall("/dev/zero").error().code, ErrorCode::kBadInput);
     write("huge.wall", std::string(2 * kMaxWallBytes, ' '));
@@ -433,12 +426,11 @@ TEST(ShippedScenes, AreKnownByTheirNames) {
     EXPECT_EQ(*findScene("asset://materials.tsct", program), "asset://materials.tsct");
     const Expected<std::string> near = findScene(TESSERA_SOURCE_DIR "/deploy/scenes/materals.tsct", program);
     ASSERT_FALSE(near);
-    EXPECT_NE(near.error().message.find("scenes/materials.tsct\"?)"), std::string::npos) << near.error().message;
+    EXPECT_WORDS(near.error().message);
     const Expected<std::string> missing = findScene("engine-hal", program);
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
-    EXPECT_NE(missing.error().message.find("did you mean \"engine-hall\"?"), std::string::npos)
-        << missing.error().message;
+    EXPECT_WORDS(missing.error().message);
 }
 
 TEST(ShippedWalls, FlatOnesHaveTheSameCameraInEveryBit) {

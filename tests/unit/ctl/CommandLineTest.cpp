@@ -11,6 +11,7 @@
 #include "common/cores/Interest.h"
 #include "common/scene/FieldTable.h"
 #include "common/session/Messages.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -61,24 +62,22 @@ TEST(CommandLine, WatchesTheWall) {
     EXPECT_EQ(parsed<verb::Load>("load a.obj").patience, std::chrono::minutes(10));
     EXPECT_EQ(parsed<verb::Load>("--timeout 900 load a.obj").patience, std::chrono::minutes(15));
     EXPECT_EQ(parsed<verb::Trace>("trace out.json").frames, 300);
-    EXPECT_NE(refusal("trace").find("FILE"), std::string::npos);
-    EXPECT_NE(refusal("trace a --frames 0").find("--frames"), std::string::npos);
-    EXPECT_NE(refusal("top --every 0").find("--every"), std::string::npos);
+    EXPECT_WORDS(refusal("trace"));
+    EXPECT_WORDS(refusal("trace a --frames 0"));
+    EXPECT_WORDS(refusal("top --every 0"));
 }
 
 TEST(CommandLine, CancelTakesALoadsNumber) {
     EXPECT_EQ(parsed<verb::Cancel>("cancel 7").load, 7u);
     EXPECT_FALSE(parsed<verb::Cancel>("cancel").load);
     for (const char* text : {"cancel 0", "cancel -- -1", "cancel 18446744073709551615", "cancel abc"})
-        EXPECT_NE(refusal(std::string("--server a:1 ") + text).find("is no load's number, which are whole from 1 on"),
-                  std::string::npos)
-            << refusal(std::string("--server a:1 ") + text);
+        EXPECT_WORDS(refusal(std::string("--server a:1 ") + text));
 }
 
 TEST(CommandLine, NamesTheOptionThatWasMeant) {
-    EXPECT_NE(refusal("move /a 1 2 3 --bi").find("(did you mean '--by'?)"), std::string::npos);
-    EXPECT_NE(refusal("view --positon 1 2 3").find("(did you mean '--position'?)"), std::string::npos);
-    EXPECT_NE(refusal("status --sever=a:1").find("(did you mean '--server'?)"), std::string::npos);
+    EXPECT_WORDS(refusal("move /a 1 2 3 --bi"));
+    EXPECT_WORDS(refusal("view --positon 1 2 3"));
+    EXPECT_WORDS(refusal("status --sever=a:1"));
     EXPECT_EQ(refusal("status --nothing-like-it").find("did you mean"), std::string::npos);
 }
 
@@ -90,8 +89,8 @@ TEST(CommandLine, TheViewMovesFromWhereItIs) {
     EXPECT_FALSE(parsed<verb::View>("view --position 0 0 -1").by);
     for (const char* words :
          {"view --by --reset", "view --by --head viewer 0 0 1", "view --by --position 1 0 0 --look-at 0 0 0"})
-        EXPECT_NE(refusal(words).find("not how far"), std::string::npos) << words;
-    EXPECT_NE(refusal("view --by").find("say --position"), std::string::npos);
+        EXPECT_WORDS(refusal(words));
+    EXPECT_WORDS(refusal("view --by"));
 }
 
 TEST(CommandLine, OptionsStandBehindTheVerbAsWell) {
@@ -106,7 +105,7 @@ TEST(CommandLine, LeadsOnWhereNoVerbIsSaid) {
     EXPECT_EQ(refusal("--server a:1 stauts").substr(0, 26), "there is no verb 'stauts' ");
     const std::string first = refusal("--server a:1");
     EXPECT_TRUE(first.starts_with("say what to do. First of all:\n  tessera-ctl status ")) << first;
-    EXPECT_NE(first.find("tessera-ctl link "), std::string::npos) << first;
+    EXPECT_WORDS(first);
 }
 
 TEST(CommandLine, EveryVerbIsUnderstood) {
@@ -123,8 +122,8 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(parsed<verb::Load>("load a.ply --point-radius 0.02").placing.pointRadius, 0.02);
     EXPECT_EQ(parsed<verb::Load>("load a.usd --variant /A:b=c --variant /D/E:f=g").placing.variants,
               (std::vector<std::string>{"/A:b=c", "/D/E:f=g"}));
-    EXPECT_NE(refusal("--server a:1 load a.usd --variant b=c").find("is not PRIM:SET=NAME"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 load a.ply --point-radius -1").find("a radius of points of -1"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 load a.usd --variant b=c"));
+    EXPECT_WORDS(refusal("--server a:1 load a.ply --point-radius -1"));
     EXPECT_EQ(parsed<verb::Load>("load a.stl --scale 0.01").placing.scale, 0.01);
     for (const char* bad : {"--scale 0", "--scale -1", "--scale nan", "--fit 0", "--fit 1e99", "--scale 2 --fit 2",
                             "--at 1e300 0 0", "--at 1 2", "--up x"})
@@ -153,11 +152,10 @@ TEST(CommandLine, EveryVerbIsUnderstood) {
     EXPECT_EQ(saved.leaves.under, "/crane");
     EXPECT_TRUE(saved.leaves.still);
     EXPECT_EQ(saved.leaves.tolerance, 0.01);
-    EXPECT_NE(refusal("--server a:1 save hall.glb --under=").find("--under"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 save hall.glb --tolerance=").find("--tolerance"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 save hall.step").find(".tsct (text) or .tsc (binary)"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 save hall.step").find(".glb, .gltf"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 save hall.tsc --under /crane").find("a scene is saved whole"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 save hall.glb --under="));
+    EXPECT_WORDS(refusal("--server a:1 save hall.glb --tolerance="));
+    EXPECT_WORDS(refusal("--server a:1 save hall.step"));
+    EXPECT_WORDS(refusal("--server a:1 save hall.tsc --under /crane"));
 }
 
 TEST(CommandLine, MovesAreReadInAllTheirForms) {
@@ -184,28 +182,26 @@ TEST(CommandLine, NumbersAreReadAsPeopleWriteThem) {
     EXPECT_EQ(parsed<verb::Set>("set /n translation -.5 +1 2").values, (std::vector<std::string>{"-0.5", "+1", "2"}));
     EXPECT_EQ(parsed<verb::Pick>("pick +12 .5").xPx, 12);
     EXPECT_NE(refusal("--server a:1 move /n -.5x 0 0"), "accepted");
-    EXPECT_NE(refusal("--server a:1 view --head viewer inf 0 0").find("is not finite"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 view --head viewer 1e999 0 0").find("too large"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 view --head viewer inf 0 0"));
+    EXPECT_WORDS(refusal("--server a:1 view --head viewer 1e999 0 0"));
     // The option is named, and what is no decimal number is none.
-    EXPECT_NE(refusal("--server a:1 view --position 0 nan 0").find("--position: nan is not finite"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 view --scale 0x10").find("--scale: \"0x10\" is not a number"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 move /n 1 2 inf").find("PLACE: inf is not finite"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 view --position 0 nan 0"));
+    EXPECT_WORDS(refusal("--server a:1 view --scale 0x10"));
+    EXPECT_WORDS(refusal("--server a:1 move /n 1 2 inf"));
     for (const char* none : {"-inf", "-nan", "-Infinity"})
         EXPECT_EQ(refusal(std::string("--server a:1 seek /n ") + none)
                       .find(std::string(none) + " is not finite, and a number has to be"),
                   0u);
-    EXPECT_NE(refusal("--server a:1 seek /n --").find("SECONDS is required"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 seek /n --"));
     const auto empty = parseCommandLine({"--server", "a:1", "view", "--position", "", "0", "0"});
     ASSERT_FALSE(empty);
-    EXPECT_NE(empty.error().message.find("--position: \"\" is not a number"), std::string::npos)
-        << empty.error().message;
+    EXPECT_WORDS(empty.error().message);
     // What may be left out is not left out by an empty word.
     for (const std::vector<std::string>& words :
          {std::vector<std::string>{"exposure", ""}, {"exposure", "--tone-map", ""}, {"budget", ""}}) {
         const auto refused = parseCommandLine(words);
         ASSERT_FALSE(refused) << words.front();
-        EXPECT_NE(refused.error().message.find("an empty word \"\" is no value"), std::string::npos)
-            << refused.error().message;
+        EXPECT_WORDS(refused.error().message);
     }
 }
 
@@ -214,7 +210,7 @@ TEST(CommandLine, TestPicturesAreAskedForInAllTheirForms) {
     EXPECT_EQ(parsed<verb::Show>("show test-picture").showing, Showing::kTestPicture);
     EXPECT_EQ(parsed<verb::Show>("show test-picture --count").showing, Showing::kCountedTestPicture);
     EXPECT_NE(refusal("--server a:1 show"), "accepted");
-    EXPECT_NE(refusal("--server a:1 show scene --count").find("for the test picture"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 show scene --count"));
 }
 
 TEST(CommandLine, ViewsAreReadInAllTheirForms) {
@@ -242,13 +238,13 @@ TEST(CommandLine, ContactsAreAskedForInAllTheirForms) {
     EXPECT_EQ(parsed<verb::Contacts>("contacts --show none").show, 0);
     EXPECT_EQ(parsed<verb::Contacts>("contacts --show faces,points").show,
               Interest::kShowFaces | Interest::kShowPoints);
-    EXPECT_NE(refusal("--server a:1 contacts --show points,,faces").find("not \"points,,faces\""), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 contacts --show points --follow").find("--show draws"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 contacts --frames 3").find("need --follow"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 contacts --follow --frames 0").find("above zero"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 contacts --show points,,faces"));
+    EXPECT_WORDS(refusal("--server a:1 contacts --show points --follow"));
+    EXPECT_WORDS(refusal("--server a:1 contacts --frames 3"));
+    EXPECT_WORDS(refusal("--server a:1 contacts --follow --frames 0"));
     EXPECT_NE(refusal("--server a:1 contacts --follow --frames many"), "accepted");
     EXPECT_NE(refusal("--server a:1 contacts --follow --frames -1"), "accepted");
-    EXPECT_NE(refusal("--server a:1 contacts --limit -3").find("below zero"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 contacts --limit -3"));
 }
 
 TEST(CommandLine, DecisionsAreReadInAllTheirForms) {
@@ -261,9 +257,9 @@ TEST(CommandLine, DecisionsAreReadInAllTheirForms) {
     EXPECT_EQ(move.question, ~0ull);
     EXPECT_EQ(move.decision, Decision::kMove);
     EXPECT_EQ(move.place, Vec3d(1, -2.5, 3));
-    EXPECT_NE(refusal("--server a:1 answer 7 fly").find("no decision"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 answer 7 move 1 2").find("X Y Z"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 answer 7 stop 1 2 3").find("takes no numbers"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 answer 7 fly"));
+    EXPECT_WORDS(refusal("--server a:1 answer 7 move 1 2"));
+    EXPECT_WORDS(refusal("--server a:1 answer 7 stop 1 2 3"));
     EXPECT_NE(refusal("--server a:1 answer seven stop"), "accepted");
     EXPECT_NE(refusal("--server a:1 answer 7"), "accepted");
 }
@@ -281,30 +277,29 @@ TEST(CommandLine, LookingAlongAnyDirectionTurnsMinusZThere) {
 }
 
 TEST(CommandLine, NonsenseIsRefusedInWords) {
-    EXPECT_NE(refusal("--server a:1").find("see tessera-ctl --help"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1"));
     EXPECT_NE(refusal("--server a:1 flee"), "accepted");
     EXPECT_NE(refusal("--server a:1 status extra"), "accepted");
     EXPECT_NE(refusal("--server a:1 --timeout -1 status"), "accepted");
     EXPECT_NE(refusal("--server a:1 --timeout nan status"), "accepted");
     EXPECT_NE(refusal("play-tracker 127.0.0.1:1 --seconds nan"), "accepted");
-    EXPECT_NE(refusal("--server a:1 move /a").find("say where to"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 move /a 1 2").find("three numbers"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 move /a"));
+    EXPECT_WORDS(refusal("--server a:1 move /a 1 2"));
     EXPECT_NE(refusal("--server a:1 move /a one 2 3"), "accepted");
-    EXPECT_NE(refusal("--server a:1 move /a --rotate w 90").find("is no axis"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 move /a --rotate x much").find("is not a number"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 move /a --quaternion 0 0 0 0").find("its length is 0"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 view --orientation 1e300 1e300 0 0").find("beyond what numbers can hold"),
-              std::string::npos);
-    EXPECT_NE(refusal("--server a:1 move /a --rotate x 1 --quaternion 1 0 0 0").find("give one"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 view --look-at 0 0 0").find("needs --position"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 view --scale 0").find("above zero"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 view --head viewer 1 2 x").find("is not a number"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 move /a --rotate w 90"));
+    EXPECT_WORDS(refusal("--server a:1 move /a --rotate x much"));
+    EXPECT_WORDS(refusal("--server a:1 move /a --quaternion 0 0 0 0"));
+    EXPECT_WORDS(refusal("--server a:1 view --orientation 1e300 1e300 0 0"));
+    EXPECT_WORDS(refusal("--server a:1 move /a --rotate x 1 --quaternion 1 0 0 0"));
+    EXPECT_WORDS(refusal("--server a:1 view --look-at 0 0 0"));
+    EXPECT_WORDS(refusal("--server a:1 view --scale 0"));
+    EXPECT_WORDS(refusal("--server a:1 view --head viewer 1 2 x"));
     EXPECT_NE(refusal("--server a:1 view --position 1 2"), "accepted");
     EXPECT_NE(refusal("--server a:1 pick 1"), "accepted");
-    EXPECT_NE(refusal("--server a:1 navigate").find("required"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 navigate up").find("is nothing that can be asked for"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 navigate home /a").find("takes nothing more"), std::string::npos);
-    EXPECT_NE(refusal("--server a:1 navigate bookmark ten").find("is no bookmark"), std::string::npos);
+    EXPECT_WORDS(refusal("--server a:1 navigate"));
+    EXPECT_WORDS(refusal("--server a:1 navigate up"));
+    EXPECT_WORDS(refusal("--server a:1 navigate home /a"));
+    EXPECT_WORDS(refusal("--server a:1 navigate bookmark ten"));
     EXPECT_NE(refusal("--server a:1 navigate bookmark 0"), "accepted");
     EXPECT_NE(refusal("--server a:1 bookmark 10"), "accepted");
 }
@@ -337,7 +332,7 @@ TEST(CommandLine, HelpFitsATerminal) {
     }
     const auto version = parseCommandLine({"--version"});
     ASSERT_TRUE(version);
-    EXPECT_NE(std::get<HelpText>(*version).text.find("(protocol "), std::string::npos);
+    EXPECT_WORDS(std::get<HelpText>(*version).text);
 }
 
 /// Nobody is asked for it, and nothing of the table is left out.

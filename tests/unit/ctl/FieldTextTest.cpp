@@ -6,6 +6,7 @@
 #include "common/cores/Interest.h"
 #include "common/cores/Motion.h"
 #include "common/cores/Switch.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/application/ScriptedServer.h"
 
 namespace tessera {
@@ -38,23 +39,15 @@ TEST_F(FieldText, FieldsOfANodeAndOfItsCoreAreFound) {
     const auto unknown = findFieldOf(crane(), "transaltion");
     ASSERT_FALSE(unknown);
     EXPECT_EQ(unknown.error().code, ErrorCode::kNotFound);
-    EXPECT_NE(
-        unknown.error().message.find("/hall/crane has no field \"transaltion\" (did you mean \"translation\"?); it has "
-                                     "name (Node)"),
-        std::string::npos)
-        << unknown.error().message;
-    EXPECT_NE(unknown.error().message.find("translation (Transform)"), std::string::npos);
+    EXPECT_WORDS(unknown.error().message);
 }
 
 TEST_F(FieldText, NumbersHaveToBeFinite) {
     const FieldEntry& color = field(typeOf<PointLight>(), "color");
     EXPECT_EQ(why(color, {"+1", "-.5", "1e-3"}), "accepted");
-    for (const char* word : {"inf", "-inf", "nan"})
-        EXPECT_NE(why(color, {"0", "0", word}).find("is not finite, and a number has to be"), std::string::npos)
-            << word;
-    EXPECT_NE(why(color, {"0", "0", "1e999"}).find("too large"), std::string::npos);
-    for (const char* word : {"", "+", "-", "+-1", "1x", "0x10", "1,5"})
-        EXPECT_NE(why(color, {"0", "0", word}).find("is not a number"), std::string::npos) << word;
+    for (const char* word : {"inf", "-inf", "nan"}) EXPECT_WORDS(why(color, {"0", "0", word}));
+    EXPECT_WORDS(why(color, {"0", "0", "1e999"}));
+    for (const char* word : {"", "+", "-", "+-1", "1x", "0x10", "1,5"}) EXPECT_WORDS(why(color, {"0", "0", word}));
 }
 
 /// Every field that can be written reads back as the text it was written from.
@@ -86,18 +79,18 @@ TEST_F(FieldText, RefsAreWrittenAsPathsIdsOrNone) {
     EXPECT_EQ(std::get<ObjectId>(*parseValue(find, object, {"/hall/crane"})), test::kCrane);
     EXPECT_EQ(std::get<ObjectId>(*parseValue(find, object, {"#7"})), test::kMetal);
     EXPECT_EQ(std::get<ObjectId>(*parseValue(find, object, {"none"})), ObjectId{});
-    EXPECT_NE(why(object, {"#99"}).find("there is no object #99"), std::string::npos);
+    EXPECT_WORDS(why(object, {"#99"}));
     EXPECT_NE(why(object, {"/hall/crna"}), "accepted");
 }
 
 TEST_F(FieldText, WrongValuesAreExplained) {
     const FieldInfo& translation = field(typeOf<Transform>(), "translation");
-    EXPECT_NE(why(translation, {"1", "2"}).find("takes 3 numbers, not 2"), std::string::npos);
-    EXPECT_NE(why(translation, {"1", "2", "far"}).find("\"far\" is not a number"), std::string::npos);
-    EXPECT_NE(why(translation, {"1", "2", "nan"}).find("is not finite"), std::string::npos);
-    EXPECT_NE(why(translation, {"1", "2", "1e999"}).find("too large"), std::string::npos);
-    EXPECT_NE(why(field(typeOf<Switch>(), "choice"), {"1.5"}).find("whole number"), std::string::npos);
-    EXPECT_NE(why(field(typeOf<Geometry>(), "indices"), {"0"}).find("bulk data"), std::string::npos);
+    EXPECT_WORDS(why(translation, {"1", "2"}));
+    EXPECT_WORDS(why(translation, {"1", "2", "far"}));
+    EXPECT_WORDS(why(translation, {"1", "2", "nan"}));
+    EXPECT_WORDS(why(translation, {"1", "2", "1e999"}));
+    EXPECT_WORDS(why(field(typeOf<Switch>(), "choice"), {"1.5"}));
+    EXPECT_WORDS(why(field(typeOf<Geometry>(), "indices"), {"0"}));
 }
 
 TEST_F(FieldText, PartsOfArraysOfNumbersAreSaidFromAnElementOn) {
@@ -122,14 +115,12 @@ TEST_F(FieldText, PartsOfArraysOfNumbersAreSaidFromAnElementOn) {
         const Expected<Blob> read = parseElements(of, words);
         return read ? std::string("accepted") : read.error().message;
     };
-    EXPECT_NE(whyNot(points, {"1", "2"}).find("3 numbers for each element, not 2"), std::string::npos);
-    EXPECT_NE(whyNot(points, {}).find("not 0"), std::string::npos);
-    EXPECT_NE(whyNot(points, {"1", "2", "up"}).find("not a number"), std::string::npos);
-    EXPECT_NE(whyNot(points, {"1", "2", "1e39"}).find("too large"), std::string::npos);
-    EXPECT_NE(whyNot(field(typeOf<SubdivisionSurface>(), "creases"), {"1"}).find("no array of numbers"),
-              std::string::npos);
-    EXPECT_NE(whyNot(field(typeOf<Transform>(), "translation"), {"1", "2", "3"}).find("no array of numbers"),
-              std::string::npos);
+    EXPECT_WORDS(whyNot(points, {"1", "2"}));
+    EXPECT_WORDS(whyNot(points, {}));
+    EXPECT_WORDS(whyNot(points, {"1", "2", "up"}));
+    EXPECT_WORDS(whyNot(points, {"1", "2", "1e39"}));
+    EXPECT_WORDS(whyNot(field(typeOf<SubdivisionSurface>(), "creases"), {"1"}));
+    EXPECT_WORDS(whyNot(field(typeOf<Transform>(), "translation"), {"1", "2", "3"}));
 }
 
 /// So a list is made longer, and a first clip plane comes where there is none.
@@ -149,10 +140,8 @@ TEST_F(FieldText, ArraysOfNumbersAreSetWholeAtAnyLength) {
     }
     EXPECT_TRUE(parsed({"none"}).empty());
     EXPECT_EQ(wordOf(planes, Blob()), "none");
-    EXPECT_NE(why(planes, {"1", "0", "0"}).find("clipPlanes takes 4 numbers for each element, not 3"),
-              std::string::npos)
-        << why(planes, {"1", "0", "0"});
-    EXPECT_NE(why(planes, {"none", "1", "0", "0"}).find("not a number"), std::string::npos);
+    EXPECT_WORDS(why(planes, {"1", "0", "0"}));
+    EXPECT_WORDS(why(planes, {"none", "1", "0", "0"}));
 }
 
 /// Every word of every field, against the constants that the cores have for them.
@@ -183,11 +172,10 @@ TEST_F(FieldText, NumbersThatStandForSomethingMayBeWords) {
     EXPECT_EQ(unknown.error().message, "response: \"slde\" is none of report, stop, slide, bounce, rollback, ask");
     EXPECT_FALSE(parseValue(find, response, {"1", "2"}));
     EXPECT_FALSE(parseValue(find, response, {""}));
-    EXPECT_NE(why(field(typeOf<Switch>(), "choice"), {"al"}).find("no whole number and none of mask, none, all"),
-              std::string::npos);
+    EXPECT_WORDS(why(field(typeOf<Switch>(), "choice"), {"al"}));
     EXPECT_EQ(std::get<bool>(*parseValue(find, field(typeOf<Motion>(), "playing"), {"false"})), false);
     EXPECT_EQ(std::get<bool>(*parseValue(find, field(typeOf<Motion>(), "playing"), {"1"})), true);
-    EXPECT_NE(why(field(typeOf<Motion>(), "playing"), {"yes"}).find("neither true nor false"), std::string::npos);
+    EXPECT_WORDS(why(field(typeOf<Motion>(), "playing"), {"yes"}));
 }
 
 }  // namespace

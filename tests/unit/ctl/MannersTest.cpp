@@ -6,6 +6,7 @@
 #include "client/ctl/MaterialVerbs.h"
 #include "client/ctl/Verbs.h"
 #include "common/cores/Camera.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/application/ScriptedServer.h"
 
@@ -56,7 +57,7 @@ TEST(Manners, UndoAndRedoSayWhat) {
         return fail(ErrorCode::kFailed, "unexpected");
     });
     ASSERT_EQ(speak(server, {"move", "/hall/crane", "1", "0", "0"}).exitCode, 0);
-    EXPECT_SPOKEN(speak(server, {"undo"}).out, "took back: sets Transform.translation of /hall/crane (change ");
+    EXPECT_WORDS(speak(server, {"undo"}).out);
 }
 
 /// It does not ask a server that is gone whether the load goes on.
@@ -75,8 +76,8 @@ TEST(Manners, SearchThatFindsNothingSaysSo) {
     const CtlOutcome type = speak(server, {"find", "//transform"});
     EXPECT_EQ(type.exitCode, 0);
     EXPECT_EQ(type.out, "");
-    EXPECT_SPOKEN(type.err, "a type goes in brackets: '//*[Transform]'");
-    EXPECT_SPOKEN(speak(server, {"find", "lorry"}).err, "nothing found");
+    EXPECT_WORDS(type.err);
+    EXPECT_WORDS(speak(server, {"find", "lorry"}).err);
     EXPECT_EQ(speak(server, {"find", "crane"}).err, "");
 }
 
@@ -87,7 +88,7 @@ TEST(Manners, OneTypeIsToldWithASentenceForEachField) {
     EXPECT_EQ(one.out.find("Transform"), std::string::npos);
     const CtlOutcome wrong = runCtl({"types", "Materiel"});
     EXPECT_EQ(wrong.exitCode, 3);
-    EXPECT_SPOKEN(wrong.err, "did you mean Material?");
+    EXPECT_WORDS(wrong.err);
     EXPECT_EQ(nlohmann::json::parse(runCtl({"types", "Camera", "--json"}).out)["name"], "Camera");
 }
 
@@ -95,9 +96,7 @@ TEST(Manners, MaterialsAreToldWithLooksAndUsers) {
     const ScriptedServer server;
     const CtlOutcome told = speak(server, {"materials"});
     ASSERT_EQ(told.exitCode, 0) << told.err;
-    EXPECT_SPOKEN(told.out, "#7");
-    EXPECT_SPOKEN(told.out, "light grey");
-    EXPECT_SPOKEN(told.out, "/hall/crane/hook");
+    EXPECT_WORDS(told.out);
     const auto json = speakJson(server, {"materials"});
     ASSERT_EQ(json["materials"].size(), 1u);
     EXPECT_EQ(json["materials"][0]["material"], 7);

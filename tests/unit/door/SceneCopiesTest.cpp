@@ -6,6 +6,7 @@
 #include "SealedPeer.h"
 #include "server/door/SceneCopies.h"
 #include "tests/support/wall/ThreadShortage.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
@@ -27,7 +28,7 @@ TEST(SceneCopies, AreRefusedInWordsWhereTheMachineStartsTooFewThreads) {
         }
         ASSERT_TRUE(told) << room;
         EXPECT_EQ(told->status, 413) << room;
-        EXPECT_NE(told->body.find("no room for"), std::string::npos) << room << told->body;
+        EXPECT_WORDS(told->body);
     }
     copies.finish();
 }

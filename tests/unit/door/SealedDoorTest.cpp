@@ -9,6 +9,7 @@
 
 #include "SealedPeer.h"
 #include "server/door/Door.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/Eventually.h"
 #include "tests/unit/tls/WallOfKeys.h"
 
@@ -61,6 +62,8 @@ protected:
         const std::string bearer = token.empty() ? "" : fmt::format("Authorization: Bearer {}\r\n", token);
         return fmt::format("GET {} HTTP/1.1\r\n{}{}\r\n", path, host, bearer);
     }
+    /// The text below an answer's head.
+    static std::string bodyOf(const std::string& answer) { return answer.substr(answer.find("\r\n\r\n") + 4); }
     [[nodiscard]] std::string openSocket() const {
         return fmt::format(
             "GET /socket HTTP/1.1\r\n{}Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
@@ -118,37 +121,37 @@ TEST_F(SealedDoor, TellsTheAuthorityToAnybody) {
 }
 
 TEST_F(SealedDoor, LetsInByKeyInItsHoldersRole) {
-    SealedPeer viewer = with(cave().issue(cave().person("anna", Role::kViewer)).pem);
+    const std::string pem = cave().issue(cave().person("anna", Role::kViewer)).pem;
+    SealedPeer reader = with(pem), viewer = with(pem);
+    ASSERT_TRUE(reader.ready()) << reader.fault();
+    reader.say(get("/api"));
+    EXPECT_TRUE(reader.hear("GetStatus").starts_with("HTTP/1.1 200 "));
     ASSERT_TRUE(viewer.ready()) << viewer.fault();
-    viewer.say(get("/api"));
-    EXPECT_TRUE(viewer.hear("GetStatus").starts_with("HTTP/1.1 200 "));
-    viewer.forget();
     // A token that could do more counts for nothing beside a key.
     viewer.say(
         fmt::format("POST /api/RemoveNode HTTP/1.1\r\n{}Authorization: Bearer {}\r\nContent-Length: 2\r\n\r\n{{}}",
                     host, kWords.of(Role::kOperator)));
     const std::string refused = viewer.hear("}}\n");
-    EXPECT_NE(refused.find("HTTP/1.1 403 "), std::string::npos) << refused;
-    EXPECT_NE(refused.find("is for an editor"), std::string::npos) << refused;
+    EXPECT_TRUE(refused.starts_with("HTTP/1.1 403 ")) << refused;
+    EXPECT_WORDS(bodyOf(refused));
 }
 
 TEST_F(SealedDoor, RefusesKeysThatLetNobodyInAndSaysWhy) {
     const Authority::Issued gone = cave().issue(cave().person("bob", Role::kOperator));
     revoke(gone);
     const WallOfKeys other("cave");
-    const std::pair<std::string, std::string> wrong[] = {
-        {cave().issue(cave().host("left")).pem, "the key is of the host 'left' of the wall 'cave'"},
-        {cave().issue(cave().person("old", Role::kOperator), 48h, 1h).pem, "held until"},
-        {gone.pem, "has been revoked"},
-        {other.issue(other.person("eve", Role::kOperator)).pem, "another authority"},
-    };
-    for (const auto& [pem, why] : wrong) {
+    const std::string old = cave().issue(cave().person("old", Role::kOperator), 48h, 1h).pem;
+    for (const std::string& pem : {cave().issue(cave().host("left")).pem, old, gone.pem,
+                                   other.issue(other.person("eve", Role::kOperator)).pem}) {
         SealedPeer peer = with(pem);
         ASSERT_TRUE(peer.ready()) << peer.fault();
         peer.say(get("/api", kWords.of(Role::kOperator)));
         const std::string answer = peer.hear("}}\n");
         EXPECT_TRUE(answer.starts_with("HTTP/1.1 403 ")) << answer;
-        EXPECT_NE(answer.find(why), std::string::npos) << answer;
+        if (pem == old)
+            EXPECT_NE(answer.find("held until"), std::string::npos) << answer;  // and moments
+        else
+            EXPECT_WORDS(bodyOf(answer));
         EXPECT_TRUE(peer.closes(5s));
     }
 }
@@ -177,7 +180,7 @@ TEST_F(SealedDoor, SendsAwayAtOnceWhoseKeyIsRevoked) {
     for (SealedPeer* each : {&other, &linked}) EXPECT_NE(each->hear("GetStatus").find(" 200 "), std::string::npos);
     SealedPeer again = with(bob.pem);
     again.say(get("/api"));
-    EXPECT_NE(again.hear("}}\n").find("has been revoked"), std::string::npos);
+    EXPECT_WORDS(bodyOf(again.hear("}}\n")));
 }
 
 /// While no file changes: its time is over.
@@ -203,7 +206,7 @@ TEST_F(SealedDoor, SendsAwayWhoseTokenEnds) {
     for (SealedPeer* each : {&asks, &rests}) EXPECT_TRUE(each->closes(2s)) << "a connection that is kept goes, too";
     SealedPeer again = withLink();
     again.say(get("/api", word));
-    EXPECT_NE(again.hear("}}\n").find(" 401 "), std::string::npos);
+    EXPECT_TRUE(again.hear("}}\n").starts_with("HTTP/1.1 401 ")) << again.heard();
 }
 
 /// With keys and without: who came in by a token of the server's own.
@@ -247,7 +250,7 @@ TEST_F(SealedDoor, SendsAwayWhoseTokenIsRenewed) {
     again.say(get("/api", kWords.of(Role::kViewer)));
     const std::string refused = again.hear("}}\n");
     EXPECT_TRUE(refused.starts_with("HTTP/1.1 401 ")) << refused;
-    EXPECT_NE(refused.find("has ended"), std::string::npos) << refused;
+    EXPECT_WORDS(bodyOf(refused));
     other.say(get("/api", anew.of(Role::kViewer)));
     EXPECT_NE(other.hear("GetStatus").find(" 200 "), std::string::npos);
 }
@@ -300,7 +303,7 @@ TEST_F(SealedDoor, AnswersPlainHttpInPlainWords) {
         peer.sayPlain(said);
         const std::string answer = peer.hear("}}\n");
         EXPECT_TRUE(answer.starts_with("HTTP/1.1 400 ")) << answer;
-        EXPECT_NE(answer.find("this door speaks https"), std::string::npos) << answer;
+        EXPECT_WORDS(bodyOf(answer));
         EXPECT_TRUE(peer.closes(5s));
     }
 }
@@ -360,7 +363,7 @@ TEST_F(SealedDoor, TakesRequestsHoweverTheyAreCut) {
     SealedPeer large = withLink();
     large.say(fmt::format("POST /api/GetStatus HTTP/1.1\r\n{}Authorization: Bearer {}\r\nContent-Length: {}\r\n\r\n{}",
                           host, kWords.of(Role::kViewer), 3'000'000, std::string(3'000'000, ' ')));
-    EXPECT_NE(large.hear("}}\n").find("HTTP/1.1 400 "), std::string::npos) << large.heard();
+    EXPECT_TRUE(large.hear("}}\n").starts_with("HTTP/1.1 400 ")) << large.heard();
     SealedPeer page = withLink();
     page.say(get("/api.html?token=" + kWords.of(Role::kViewer)));
     const std::string html = page.hear("</html>");

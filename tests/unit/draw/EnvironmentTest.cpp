@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "client/draw/store/EnvironmentLight.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/draw/RendererStage.h"
 
 namespace tessera {
@@ -147,10 +148,10 @@ TEST(EnvironmentLight, PicturesThatAreNoneOfAllAroundAreRefusedWithTheReason) {
     EXPECT_TRUE(EnvironmentLight::of(image));
     Image square = image;
     square.widthPx = square.heightPx = 45;
-    EXPECT_NE(EnvironmentLight::of(square).error().message.find("bytes"), std::string::npos);
+    EXPECT_WORDS(EnvironmentLight::of(square).error().message);
     square.widthPx = 32;
     square.heightPx = 64;
-    EXPECT_NE(EnvironmentLight::of(square).error().message.find("twice as wide"), std::string::npos);
+    EXPECT_WORDS(EnvironmentLight::of(square).error().message);
     image.pixels = Blob();
     EXPECT_FALSE(EnvironmentLight::of(image));
 }
@@ -249,7 +250,7 @@ TEST_F(EnvironmentTest, WithoutAUsableImageSkyAndGroundStandInAndTheReasonIsSaid
     }
     const std::uint64_t programs = renderer_->lastCounts().programs;
     EXPECT_EQ(with(true), good);
-    EXPECT_NE(renderer_->lastCounts().trouble.find("twice as wide"), std::string::npos);
+    EXPECT_WORDS(renderer_->lastCounts().trouble);
     TestScene scene;
     surround(scene, pictureOf(smoothSky, 64));
     scene.place(scene.add(makeSphere(0.5, 12)), {0, 0, -1});

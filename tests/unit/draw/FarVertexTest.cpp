@@ -4,6 +4,7 @@
 #include <random>
 
 #include "common/cores/Particles.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/draw/VolumeStage.h"
 
 namespace tessera {
@@ -119,7 +120,7 @@ TEST_F(FarVertex, TransformsBringThingsFarAndNoneIsLeftOutUnnamed) {
             EXPECT_EQ(items + all.undrawn().size(), 2u) << "kind " << kind << ", scale " << scale;
             ++(all.undrawn().empty() ? drawn : named);
             if (!all.undrawn().empty()) {
-                EXPECT_NE(whyNotDrawn(aspect, *all.undrawn().begin()).find("is not drawn: "), std::string::npos);
+                EXPECT_WORDS(whyNotDrawn(aspect, *all.undrawn().begin()));
             }
             const Picture one = draw(aspect, camera);
             EXPECT_TRUE(shows(one)) << "kind " << kind << ", scale " << scale;

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "client/draw/shaders/PersonText.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -52,64 +53,63 @@ TEST(PersonText, LoopsHaveAnEnd) {
 struct Hostile {
     const char* what;
     std::string surface;
-    const char* says;
 };
 
 TEST(PersonText, WhatReachesBeyondTheFunctionIsRefusedByItsNameAndLine) {
     const std::string nul("void surface(inout Surface s) {\n\0 }", 35);
     const Hostile hostile[] = {
-        {"preprocessor", surfaceOf("\n#define x 1\n"), "surface, line 2: '#'"},
-        {"include", surfaceOf("#include \"/etc/passwd\"\n"), "line 1: '#'"},
-        {"version", surfaceOf("#version 130\n"), "'#'"},
-        {"pragma within", surfaceOf("", "\n#pragma optimize(off)\n"), "line 2: '#'"},
-        {"a line that goes on", surfaceOf("int a = 1; \\\n"), "'\\'"},
-        {"layout", surfaceOf("layout(location = 3) out vec4 mine;\n"), "'layout'"},
-        {"output", surfaceOf("out vec4 mine;\n"), "'out'"},
-        {"input", surfaceOf("\n\nin vec4 mine;\n"), "line 3: 'in'"},
-        {"fragment coordinates", surfaceOf("", "s.base.r = gl_FragCoord.x;"), "'gl_FragCoord'"},
-        {"depth", surfaceOf("", "gl_FragDepth = 1.0;"), "'gl_FragDepth'"},
-        {"after a number", surfaceOf("", "s.base.r = 1.*gl_FragCoord.x;"), "'gl_FragCoord'"},
-        {"image", surfaceOf("", "imageStore(x, ivec2(0), vec4(0));"), "'imageStore'"},
-        {"buffer", surfaceOf("buffer B { float x[]; };\n"), "'buffer'"},
-        {"atomic", surfaceOf("", "atomicAdd(x, 1);"), "'atomicAdd'"},
-        {"shared", surfaceOf("shared float x;\n"), "'shared'"},
-        {"main", surfaceOf("void main() {}\n"), "'main'"},
-        {"closes the function", surfaceOf("", "} void other() { } }"), "closes nothing"},
-        {"closes nothing", "}" + surfaceOf(""), "line 1: '}' closes nothing"},
-        {"does not close", "void surface(inout Surface s) { (", "')' is missing"},
-        {"crossed", surfaceOf("", "( } )"), "'}' closes nothing"},
-        {"comment without end", surfaceOf("\n/* "), "line 2: a comment does not end"},
-        {"a byte of nothing", nul, "0x00"},
-        {"another alphabet", surfaceOf("", "float \xc3\xa9 = 1.0;"), "0xc3"},
-        {"the counter", surfaceOf("", "tesseraRounds = 1000000;"), "'tesseraRounds'"},
-        {"two underscores", surfaceOf("float a__b;\n"), "two underscores"},
-        {"uniform block", surfaceOf("uniform Block { float x; };\n"), "'uniform TYPE NAME;'"},
-        {"uniform array", surfaceOf("uniform float x[100000000];\n"), "'uniform TYPE NAME;'"},
-        {"uniform with a value", surfaceOf("uniform float x = 1.0;\n"), "'uniform TYPE NAME;'"},
-        {"uniform of two types", surfaceOf("uniform float x; uniform vec2 x;\n"), "of two types"},
-        {"layout of a uniform", surfaceOf("const uniform float x;\n"), "'uniform' stands"},
-        {"other samplers", surfaceOf("uniform usampler2D x;\n"), "usampler2D"},
-        {"no function", "void other() {}", "no 'void surface(inout Surface s)'"},
-        {"while without", surfaceOf("", "while"), "'while' without"},
-        {"for without", surfaceOf("", "for (int i = 0; i < 3) ;"), "'for' without"},
-        {"for with three", surfaceOf("", "for (;;;) ;"), "third ';'"},
-        {"too long", surfaceOf(std::string(1 << 20, ' ')), "65536"},
-        {"too deep", surfaceOf("", std::string(100, '{') + std::string(100, '}')), "brackets"},
-        {"a long name", surfaceOf("float " + std::string(200, 'a') + ";"), "128"},
+        {"preprocessor", surfaceOf("\n#define x 1\n")},
+        {"include", surfaceOf("#include \"/etc/passwd\"\n")},
+        {"version", surfaceOf("#version 130\n")},
+        {"pragma within", surfaceOf("", "\n#pragma optimize(off)\n")},
+        {"a line that goes on", surfaceOf("int a = 1; \\\n")},
+        {"layout", surfaceOf("layout(location = 3) out vec4 mine;\n")},
+        {"output", surfaceOf("out vec4 mine;\n")},
+        {"input", surfaceOf("\n\nin vec4 mine;\n")},
+        {"fragment coordinates", surfaceOf("", "s.base.r = gl_FragCoord.x;")},
+        {"depth", surfaceOf("", "gl_FragDepth = 1.0;")},
+        {"after a number", surfaceOf("", "s.base.r = 1.*gl_FragCoord.x;")},
+        {"image", surfaceOf("", "imageStore(x, ivec2(0), vec4(0));")},
+        {"buffer", surfaceOf("buffer B { float x[]; };\n")},
+        {"atomic", surfaceOf("", "atomicAdd(x, 1);")},
+        {"shared", surfaceOf("shared float x;\n")},
+        {"main", surfaceOf("void main() {}\n")},
+        {"closes the function", surfaceOf("", "} void other() { } }")},
+        {"closes nothing", "}" + surfaceOf("")},
+        {"does not close", "void surface(inout Surface s) { ("},
+        {"crossed", surfaceOf("", "( } )")},
+        {"comment without end", surfaceOf("\n/* ")},
+        {"a byte of nothing", nul},
+        {"another alphabet", surfaceOf("", "float \xc3\xa9 = 1.0;")},
+        {"the counter", surfaceOf("", "tesseraRounds = 1000000;")},
+        {"two underscores", surfaceOf("float a__b;\n")},
+        {"uniform block", surfaceOf("uniform Block { float x; };\n")},
+        {"uniform array", surfaceOf("uniform float x[100000000];\n")},
+        {"uniform with a value", surfaceOf("uniform float x = 1.0;\n")},
+        {"uniform of two types", surfaceOf("uniform float x; uniform vec2 x;\n")},
+        {"layout of a uniform", surfaceOf("const uniform float x;\n")},
+        {"other samplers", surfaceOf("uniform usampler2D x;\n")},
+        {"no function", "void other() {}"},
+        {"while without", surfaceOf("", "while")},
+        {"for without", surfaceOf("", "for (int i = 0; i < 3) ;")},
+        {"for with three", surfaceOf("", "for (;;;) ;")},
+        {"too long", surfaceOf(std::string(1 << 20, ' '))},
+        {"too deep", surfaceOf("", std::string(100, '{') + std::string(100, '}'))},
+        {"a long name", surfaceOf("float " + std::string(200, 'a') + ";")},
     };
     for (const Hostile& h : hostile) {
         const std::string problem = problemOf(h.surface);
-        EXPECT_NE(problem.find(h.says), std::string::npos) << h.what << ": '" << problem << "'";
+        EXPECT_WORDS(problem) << h.what;
         EXPECT_TRUE(problem.starts_with("surface")) << problem;
     }
     EXPECT_TRUE(problemOf("", "void vertex(inout vec3 p, inout vec3 n) {\ngl_Position = vec4(0);}")
                     .starts_with("vertex, line 2: 'gl_Position'"));
     std::string many;
     for (int i = 0; i < 17; ++i) many += "uniform float u" + std::to_string(i) + ";";
-    EXPECT_NE(problemOf(surfaceOf(many)).find("more than 16 uniforms"), std::string::npos);
+    EXPECT_WORDS(problemOf(surfaceOf(many)));
     many.clear();
     for (int i = 0; i < 5; ++i) many += "uniform sampler2D u" + std::to_string(i) + ";";
-    EXPECT_NE(problemOf(surfaceOf(many)).find("more than 4 samplers"), std::string::npos);
+    EXPECT_WORDS(problemOf(surfaceOf(many)));
 }
 
 TEST(PersonText, OrdinaryProgramsPass) {
@@ -188,7 +188,7 @@ TEST(PersonText, CompilersWordsComeWithThePersonsLines) {
               "surface, line 5: error C1008: undefined variable \"x\"");
     EXPECT_EQ(personProblem("ERROR: 0:1000004: 'x' : undeclared identifier"),
               "surface, line 4: 'x' : undeclared identifier");
-    EXPECT_NE(personProblem("0:120(3): error: `light' redefined").find("`light' redefined"), std::string::npos);
+    EXPECT_WORDS(personProblem("0:120(3): error: `light' redefined"));
     EXPECT_NE(personProblem(""), "");
 }
 

@@ -8,6 +8,7 @@
 #include "common/drawable/DeformationArrays.h"
 #include "common/drawable/Drawable.h"
 #include "common/freeform/lattice/Lattice.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -111,20 +112,18 @@ TEST(DeformationArrays, RefuseWhatIsNoLatticeByName) {
         return checked ? std::string() : checked.error().message;
     };
     EXPECT_EQ(why([](Deformation&) {}), "");
-    EXPECT_NE(why([](Deformation& d) { d.pointsX = 3; }).find("points, from 4"), std::string::npos);
-    EXPECT_NE(why([](Deformation& d) { d.pointsY = 5; }).find("controlPoints has 768 bytes"), std::string::npos);
-    EXPECT_NE(why([](Deformation& d) { d.upper.z() = -1; }).find("upper corner"), std::string::npos);
-    EXPECT_NE(why([](Deformation& d) { d.upper.z() = -1 + 1e-300; }).find("upper corner"), std::string::npos);
-    EXPECT_NE(why([](Deformation& d) {
-                  d.indices = Blob::of(std::span<const std::uint32_t>(std::vector<std::uint32_t>{0, 1, 99'999}));
-              }).find("the mesh at rest"),
-              std::string::npos);
-    EXPECT_NE(why([](Deformation& d) { d.positions = {}; }).find("the mesh at rest"), std::string::npos);
+    EXPECT_WORDS(why([](Deformation& d) { d.pointsX = 3; }));
+    EXPECT_WORDS(why([](Deformation& d) { d.pointsY = 5; }));
+    EXPECT_WORDS(why([](Deformation& d) { d.upper.z() = -1; }));
+    EXPECT_WORDS(why([](Deformation& d) { d.upper.z() = -1 + 1e-300; }));
+    EXPECT_WORDS(why([](Deformation& d) {
+        d.indices = Blob::of(std::span<const std::uint32_t>(std::vector<std::uint32_t>{0, 1, 99'999}));
+    }));
+    EXPECT_WORDS(why([](Deformation& d) { d.positions = {}; }));
     for (const float bad : {NAN, INFINITY, -2e30F})
-        EXPECT_NE(why([&](Deformation& d) {
-                      d.controlPoints = *d.controlPoints.withRange(12, std::as_bytes(std::span(&bad, 1)));
-                  }).find("control point 1"),
-                  std::string::npos);
+        EXPECT_WORDS(why([&](Deformation& d) {
+            d.controlPoints = *d.controlPoints.withRange(12, std::as_bytes(std::span(&bad, 1)));
+        }));
     EXPECT_TRUE(drawableOfValue(Deformation()).check()) << "nothing at all is fine";
     EXPECT_EQ(drawableOfValue(Deformation()).triangleCount(), 0u);
 }

@@ -7,6 +7,7 @@
 
 #include "common/drawable/ContentCache.h"
 #include "common/drawable/Drawable.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/drawable/ControlCube.h"
 
 namespace tessera {
@@ -73,32 +74,19 @@ TEST(DerivedArrays, RefuseWhatIsNoControlMeshByName) {
         return Blob::of(std::span<const float>(values.begin(), values.size()));
     };
     EXPECT_EQ(why([](SubdivisionSurface&) {}), "");
-    EXPECT_NE(why([&](SubdivisionSurface& s) {
-                  s.faceVertices = numbers({0, 1, 2});
-              }).find("face 0"),
-              std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.faceSizes = numbers({2}); }).find("fewer than three"),
-              std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.creases = numbers({0, 99}); }).find("crease 0 99"), std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) {
-                  s.creaseSharpness = floats({1, 2});
-              }).find("creaseSharpness"),
-              std::string::npos);
-    EXPECT_NE(
-        why([&](SubdivisionSurface& s) { s.creaseSharpness = floats({1}), s.creases = numbers({0}); }).find("creases"),
-        std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.corners = numbers({99}); }).find("corner"), std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.holes = numbers({99}); }).find("hole"), std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.scheme = SubdivisionSurface::kLoop; }).find("triangle"),
-              std::string::npos);
+    EXPECT_WORDS(why([&](SubdivisionSurface& s) { s.faceVertices = numbers({0, 1, 2}); }));
+    EXPECT_WORDS(why([&](SubdivisionSurface& s) { s.faceSizes = numbers({2}); }));
+    EXPECT_WORDS(why([&](SubdivisionSurface& s) { s.creases = numbers({0, 99}); }));
+    EXPECT_WORDS(why([&](SubdivisionSurface& s) { s.creaseSharpness = floats({1, 2}); }));
+    EXPECT_WORDS(why([&](SubdivisionSurface& s) { s.creaseSharpness = floats({1}), s.creases = numbers({0}); }));
+    EXPECT_WORDS(why([&](SubdivisionSurface& s) { s.corners = numbers({99}); }));
+    EXPECT_WORDS(why([&](SubdivisionSurface& s) { s.holes = numbers({99}); }));
+    EXPECT_WORDS(why([&](SubdivisionSurface& s) { s.scheme = SubdivisionSurface::kLoop; }));
     for (const float bad : {NAN, INFINITY, 2e30F})
-        EXPECT_NE(why([&](SubdivisionSurface& s) {
-                      s.points = *s.points.withRange(12, std::as_bytes(std::span(&bad, 1)));
-                  }).find("control point 1"),
-                  std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s.points = {}; }).find("vertex"), std::string::npos);
-    EXPECT_NE(why([&](SubdivisionSurface& s) { s = controlGrid(60), s.level = 6; }).find("lower level"),
-              std::string::npos);
+        EXPECT_WORDS(
+            why([&](SubdivisionSurface& s) { s.points = *s.points.withRange(12, std::as_bytes(std::span(&bad, 1))); }));
+    EXPECT_WORDS(why([&](SubdivisionSurface& s) { s.points = {}; }));
+    EXPECT_WORDS(why([&](SubdivisionSurface& s) { s = controlGrid(60), s.level = 6; }));
 }
 
 TEST(DerivedArrays, FollowRangesOfControlPointsToTheSameBytes) {

@@ -6,6 +6,7 @@
 #include "common/geometry/Mesh.h"
 #include "common/geometry/MeshCopies.h"
 #include "common/math/Compose.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -43,23 +44,23 @@ TEST(CheckMesh, NamesTheTriangleAndVertexOutOfRange) {
     arrays.indices = Blob::of(std::span<const std::uint32_t>(indices));
     EXPECT_EQ(refusal(arrays), "triangle 1 names vertex 3, but there are 3 vertices");
     arrays.positions = Blob();
-    EXPECT_NE(refusal(arrays).find("there are 0 vertices"), std::string::npos);
+    EXPECT_WORDS(refusal(arrays));
 }
 
 TEST(CheckMesh, RefusesPartsOfElements) {
     MeshArrays arrays = triangle();
     arrays.positions = floats(8);
-    EXPECT_NE(refusal(arrays).find("positions have 32 bytes"), std::string::npos);
+    EXPECT_WORDS(refusal(arrays));
     arrays = triangle();
     arrays.indices = Blob(Bytes(13));
-    EXPECT_NE(refusal(arrays).find("indices have 13 bytes"), std::string::npos);
+    EXPECT_WORDS(refusal(arrays));
 }
 
 TEST(CheckMesh, RefusesArraysOfOtherLengths) {
     for (Blob MeshArrays::*member : {&MeshArrays::normals, &MeshArrays::texcoords, &MeshArrays::colors}) {
         MeshArrays arrays = triangle();
         arrays.*member = Blob(Bytes(24 * 4));
-        EXPECT_NE(refusal(arrays).find("for 3 vertices"), std::string::npos) << refusal(arrays);
+        EXPECT_WORDS(refusal(arrays));
     }
 }
 
@@ -71,17 +72,17 @@ TEST(CheckMesh, RefusesNumbersThatAreNotFinite) {
         EXPECT_EQ(refusal(arrays), "the positions of vertex 1 are not finite");
         arrays = triangle();
         arrays.normals = floats(9, bad);
-        EXPECT_NE(refusal(arrays).find("normals"), std::string::npos);
+        EXPECT_WORDS(refusal(arrays));
     }
 }
 
 TEST(CheckMesh, RefusesAbsentBlobs) {
     MeshArrays arrays = triangle();
     arrays.positions = Blob::absent(arrays.positions.id(), arrays.positions.sizeBytes());
-    EXPECT_NE(refusal(arrays).find("not here"), std::string::npos);
+    EXPECT_WORDS(refusal(arrays));
     arrays = triangle();
     arrays.colors = Blob::absent({1, 2}, 12);
-    EXPECT_NE(refusal(arrays).find("not here"), std::string::npos);
+    EXPECT_WORDS(refusal(arrays));
 }
 
 TEST(CheckMesh, RefusesMoreThanItsLimits) {

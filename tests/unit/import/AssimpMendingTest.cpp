@@ -9,6 +9,7 @@
 #include <random>
 
 #include "common/cores/Skin.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -70,9 +71,9 @@ MendedFile readMended(const std::string& name, const std::string& text) {
     for (const ObjectId id : aspect->ids()) read.skins += aspect->get<Skin>(id) ? 1 : 0;
     return read;
 }
-bool saysFault(const MendedFile& read, const std::string& fault) {
-    return std::ranges::any_of(read.notes, [&](const std::string& note) {
-        return note.find("assimp finds fault with it (" + fault) != std::string::npos;
+bool saysFault(const MendedFile& read) {
+    return std::ranges::any_of(read.notes, [](const std::string& note) {
+        return note.find("assimp finds fault with it (") != std::string::npos;
     });
 }
 std::string everything(const MendedFile& read) {
@@ -83,20 +84,20 @@ TEST(AssimpMending, OfSoundFilesNothingIsSaid) {
     const MendedFile dae = readMended("sound.dae", DaeFile().text());
     EXPECT_EQ(dae.triangles, 1u) << everything(dae);
     EXPECT_EQ(dae.skins, 1u);
-    EXPECT_FALSE(saysFault(dae, "")) << everything(dae);
+    EXPECT_FALSE(saysFault(dae)) << everything(dae);
 }
 
 TEST(AssimpMending, AJointThatIsNamedTwiceIsOneJoint) {
     const MendedFile dae = readMended("twice.dae", DaeFile{.joints = "Upper Upper"}.text());
     EXPECT_EQ(dae.triangles, 1u) << everything(dae);
     EXPECT_EQ(dae.skins, 1u);
-    EXPECT_TRUE(saysFault(dae, "aiMesh::mBones[")) << everything(dae);
+    EXPECT_WORDS(everything(dae));
 }
 
 TEST(AssimpMending, WeightsThatAreAllZeroMoveNothing) {
     const MendedFile dae = readMended("none.dae", DaeFile{.weights = "0 0 0"}.text());
     EXPECT_EQ(dae.triangles, 1u) << everything(dae);
-    EXPECT_TRUE(saysFault(dae, "aiMesh::mBones is non-null")) << everything(dae);
+    EXPECT_WORDS(everything(dae));
 }
 
 TEST(AssimpMending, AnEmptyPartLeavesTheOthers) {
@@ -105,7 +106,7 @@ TEST(AssimpMending, AnEmptyPartLeavesTheOthers) {
                                       "loop\n   vertex 0 0 0\n   vertex 1 0 0\n"
                                       "   vertex 0 1 0\n  endloop\n endfacet\nendsolid flag\n");
     EXPECT_EQ(stl.triangles, 1u) << everything(stl);
-    EXPECT_NE(everything(stl).find("the solid 'nothing' has no triangle"), std::string::npos) << everything(stl);
+    EXPECT_WORDS(everything(stl));
 }
 
 TEST(AssimpMending, ALongNameOfASolidIsCut) {
@@ -114,7 +115,7 @@ TEST(AssimpMending, ALongNameOfASolidIsCut) {
                                    "\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n"
                                    "   vertex 0 1 0\n  endloop\n endfacet\nendsolid\n");
     EXPECT_EQ(stl.triangles, 1u) << everything(stl);
-    EXPECT_NE(everything(stl).find("a solid's name of 100000 letters is cut"), std::string::npos) << everything(stl);
+    EXPECT_WORDS(everything(stl));
 }
 
 /// Numbers of a sound and of two faulty files become others.

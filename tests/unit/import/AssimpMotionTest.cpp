@@ -12,6 +12,7 @@
 #include "common/cores/Skin.h"
 #include "common/drawable/Drawable.h"
 #include "common/scene/Action.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -108,22 +109,17 @@ TEST(AssimpMotion, NoTicksASecondAreTwentyFive) {
     const KeyFrames* places = channel(read, "translation");
     ASSERT_NE(places, nullptr);
     EXPECT_NEAR(numbersIn(places->times).back(), 20.0 / 25, 1e-12);
-    const std::string pace = "the file says no pace of its animations: 25 ticks a second are taken";
-    EXPECT_TRUE(says(read, pace)) << allNotes(read);
+    EXPECT_WORDS(allNotes(read));
     EXPECT_FALSE(says(readX({}), "no pace"));
     const Read two =
         readX({.ticks = "0", .more = "AnimationSet Run { Animation { {Bone} AnimationKey { 2; 1; 0;3;0,0,1;;; } } }"});
     EXPECT_EQ(allOf<Animation>(two).size(), 2u);
-    EXPECT_EQ(
-        std::ranges::count_if(two.notes, [&](const std::string& note) { return note.find(pace) != std::string::npos; }),
-        1)
-        << allNotes(two);
+    EXPECT_WORDS(allNotes(two)) << "once";
 }
 
 TEST(AssimpMotion, ABoneWithoutItsNodeLeavesItsVerticesWhereTheMeshIs) {
     const Read read = readX({.named = "Ghost"});
-    EXPECT_TRUE(says(read, "bones that no node is called after move nothing (1, the first of 'Ghost')"))
-        << allNotes(read);
+    EXPECT_WORDS(allNotes(read));
     const Skin& skin = *allOf<Skin>(read).front();
     ASSERT_EQ(skin.joints.size(), 1u);
     const auto shown = drawableOf(Object::of(skin)).arrays().positions;
@@ -134,7 +130,7 @@ TEST(AssimpMotion, ABoneWithoutItsNodeLeavesItsVerticesWhereTheMeshIs) {
 TEST(AssimpMotion, OffsetMatricesThatCannotBeUndoneMoveNothing) {
     for (const char* offset : {"0,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1", "1,0,0,0, 0,1,0,0, 0,0,1,0, 1e30,0,0,1"}) {
         const Read read = readX({.offset = offset});
-        EXPECT_TRUE(says(read, "bones whose offset matrix is singular or no numbers move nothing")) << allNotes(read);
+        EXPECT_WORDS(allNotes(read));
         ASSERT_EQ(allOf<Skin>(read).size(), 1u);
         EXPECT_EQ(read.aspect->get<Node>(allOf<Skin>(read).front()->joints.front())->name, "at rest");
     }
@@ -153,15 +149,14 @@ TEST(AssimpMotion, VerticesThatFollowNobodyStay) {
 
 TEST(AssimpMotion, AChannelThatNamesNoNodeIsLeftOutAndSaid) {
     const Read read = readX({.animated = "Ghost", .more = "Frame Other { }\n"});
-    EXPECT_TRUE(says(read, "channels of an animation that name no node are left out (1, the first of 'Ghost')"))
-        << allNotes(read);
+    EXPECT_WORDS(allNotes(read));
     EXPECT_TRUE(allOf<Animation>(read).empty());
     EXPECT_EQ(allOf<Skin>(read).size(), 1u) << "the rest is there";
 }
 
 TEST(AssimpMotion, KeysOutOfOrderArePlayedInTheOrderOfTime) {
     const Read read = readX({.keys = "2; 3; 10;3;0,2,0;;, 0;3;0,0,0;;, 20;3;4,2,0;;;"});
-    EXPECT_TRUE(says(read, "not in the order of time")) << allNotes(read);
+    EXPECT_WORDS(allNotes(read));
     const KeyFrames* places = channel(read, "translation");
     ASSERT_NE(places, nullptr);
     EXPECT_EQ(numbersIn(places->times), (std::vector<double>{0, 1, 2}));
@@ -181,7 +176,7 @@ TEST(AssimpMotion, TwoKeysOfOneTimeAreAJump) {
 
 TEST(AssimpMotion, KeysThatAreNoNumbersAreLeftOutAndTheOthersPlay) {
     const Read read = readX({.keys = "2; 3; 0;3;0,0,0;;, 10;3;1e38,1e39,0;;, 20;3;4,2,0;;;"});
-    EXPECT_TRUE(says(read, "keys of an animation with numbers that are not finite")) << allNotes(read);
+    EXPECT_WORDS(allNotes(read));
     const KeyFrames* places = channel(read, "translation");
     ASSERT_NE(places, nullptr);
     EXPECT_EQ(numbersIn(places->times), (std::vector<double>{0, 2}));
@@ -190,7 +185,7 @@ TEST(AssimpMotion, KeysThatAreNoNumbersAreLeftOutAndTheOthersPlay) {
 TEST(AssimpMotion, SeveralAnimationsComeAndTheFirstPlays) {
     const Read read =
         readX({.more = "AnimationSet Run { Animation { {Bone} AnimationKey { 2; 2; 0;3;0,0,0;;, 5;3;0,2,0;;; } } }\n"});
-    EXPECT_TRUE(says(read, "of several animations, the first is played")) << allNotes(read);
+    EXPECT_WORDS(allNotes(read));
     ASSERT_EQ(allOf<Animation>(read).size(), 2u);
     EXPECT_EQ(std::ranges::count_if(allOf<Animation>(read), &Animation::playing), 1);
 }
@@ -199,7 +194,7 @@ TEST(AssimpMotion, MoreThanAMillionKeysOfAChannelAreLeftOutAndSaid) {
     std::string keys = "2; 1000001;";
     for (int k = 0; k <= 1'000'000; ++k) keys += fmt::format(" {};3;{},0,0;;{}", k, k % 7, k < 1'000'000 ? "," : ";");
     const Read read = readX({.keys = keys});
-    EXPECT_TRUE(says(read, "more than a million keys are left out (1, the first of 'Bone')")) << allNotes(read);
+    EXPECT_WORDS(allNotes(read));
     EXPECT_EQ(allOf<Skin>(read).size(), 1u);
 }
 
@@ -301,7 +296,7 @@ Connections:  {
 TEST(AssimpMotion, MorphTargetsOfFbxMoveAndAreAnimated) {
     const Read read = readText("face.fbx", kMorphingFbx);
     ASSERT_EQ(allOf<Skin>(read).size(), 1u) << allNotes(read);
-    EXPECT_TRUE(says(read, "how far morph targets of FBX are at rest is not known: they are at 0")) << allNotes(read);
+    EXPECT_WORDS(allNotes(read));
     Skin skin = *allOf<Skin>(read).front();
     ASSERT_EQ(skin.weights.as<float>().size(), 1u);
     EXPECT_EQ(skin.weights.as<float>()[0], 0.0f);

@@ -10,6 +10,7 @@
 #include "common/cores/PointLight.h"
 #include "common/cores/SpotLight.h"
 #include "common/scene/Action.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/Picture.h"
 
 namespace tessera {
@@ -85,7 +86,7 @@ TEST(AssimpSights, ALightOfColladaHasItsFalloffInMetresAndItsConeFromTheAxis) {
     EXPECT_NEAR(spots[0]->outerAngle, std::numbers::pi / 6, 1e-5);
     EXPECT_TRUE(file.placeOf<SpotLight>().translation().isApprox(Vec3d(0, 0, 3), 1e-5));
     EXPECT_TRUE(file.directionOf<SpotLight>().isApprox(-Vec3d::UnitZ(), 1e-5));
-    EXPECT_TRUE(hasNote(file.scene, "ambient lights are left out; the studio or the scene's surroundings stand in: k"));
+    EXPECT_WORDS(notesIn(file.scene));
 }
 
 TEST(AssimpSights, ACameraOfColladaShowsWhatItSays) {
@@ -109,7 +110,7 @@ TEST(AssimpSights, ACameraOfColladaShowsWhatItSays) {
     EXPECT_TRUE(said.scene.notes.empty());
     // Assimp 5.2.5 does not read the optics of a camera without a name.
     const Seen nameless = withCamera("", "<perspective><yfov>30</yfov></perspective>");
-    EXPECT_TRUE(hasNote(nameless.scene, "cameras of which assimp does not tell the angle are 45 degrees wide: m"));
+    EXPECT_WORDS(notesIn(nameless.scene));
     EXPECT_NEAR(said.placeOf<Camera>().translation().z(), 0, 1e-4);
 }
 
@@ -142,10 +143,8 @@ TEST(AssimpSights, WhatAssimpLeavesToAFormatIsKnownHere) {
     ASSERT_EQ(old.all<PointLight>().size(), 1u);
     EXPECT_FLOAT_EQ(old.all<PointLight>()[0]->intensity, 1);
     EXPECT_TRUE(old.all<Environment>().empty());
-    EXPECT_TRUE(hasNote(seen(models + "/3DS/CameraRollAnim.3ds").scene,
-                        "cameras of which assimp does not tell where they look are left out: Camera01"));
-    EXPECT_TRUE(hasNote(seen(models + "/OpenGEX/camera.ogex").scene,
-                        "lights of which assimp does not tell a kind or a colour are left out: Lamp"));
+    EXPECT_WORDS(notesIn(seen(models + "/3DS/CameraRollAnim.3ds").scene));
+    EXPECT_WORDS(notesIn(seen(models + "/OpenGEX/camera.ogex").scene));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "common/cores/NurbsSurface.h"
 #include "common/cores/SubdivisionSurface.h"
 #include "common/drawable/Drawable.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -37,11 +38,10 @@ std::optional<std::size_t> finiteTriangles(const std::string& shape, std::size_t
     return triangles;
 }
 
-void isRefusedWith(const std::string& shape, const std::string& words) {
+void isRefusedInWords(const std::string& shape) {
     const Expected<ImportedScene> scene = importedNode(shape);
     ASSERT_FALSE(scene) << shape;
-    EXPECT_NE(scene.error().message.find("bad.tsct:1:1: node 'n': "), std::string::npos) << scene.error().message;
-    EXPECT_NE(scene.error().message.find(words), std::string::npos) << scene.error().message;
+    EXPECT_WORDS(scene.error().message);
 }
 
 std::string controlMesh(const std::string& points, const std::string& sizes, const std::string& vertices,
@@ -79,7 +79,7 @@ TEST(BadSurfaces, PolesOfAnyValenceAreDrawn) {
 TEST(BadSurfaces, FansOfManySpokesAreDrawnAndOfMoreThanThereMayBeRefused) {
     EXPECT_EQ(finiteTriangles(fan(300, "scheme: LOOP level: 1")), 1200u);
     EXPECT_EQ(finiteTriangles(fan(300, "level: 1")), 1800u);
-    isRefusedWith(fan(4097, "level: 0"), "more than 4096 edges");
+    isRefusedInWords(fan(4097, "level: 0"));
 }
 
 TEST(BadSurfaces, WithoutAreaTheyAreDrawnAsNothing) {
@@ -121,8 +121,8 @@ TEST(BadSurfaces, CreasesThatEndNowhereAreDartsAndThoseAlongNothingAreRefused) {
     EXPECT_EQ(
         finiteTriangles(controlMesh(points, sizes, vertices, "creases: [6, 7, 12, 13] crease_sharpness: [0.3, 10]")),
         2048u);
-    isRefusedWith(controlMesh(points, sizes, vertices, "creases: [6, 8]"), "the crease 6 8 is along no edge");
-    isRefusedWith(controlMesh(points, sizes, vertices, "creases: [6, 6]"), "the crease 6 6 is along no edge");
+    isRefusedInWords(controlMesh(points, sizes, vertices, "creases: [6, 8]"));
+    isRefusedInWords(controlMesh(points, sizes, vertices, "creases: [6, 6]"));
 }
 
 /// One row of a curve of degree 3 drawn out, with one knot inside, so many times.
@@ -137,7 +137,7 @@ std::string drawnOut(int times) {
 
 TEST(BadSurfaces, KnotsOfFullMultiplicityTearTheSurfaceAndMoreAreRefused) {
     for (int times = 0; times <= 4; ++times) EXPECT_GT(finiteTriangles(drawnOut(times)).value_or(0), 0u) << times;
-    isRefusedWith(drawnOut(5), "more than 4 are 1");
+    isRefusedInWords(drawnOut(5));
 }
 
 std::string trimmed(const std::string& loops) {
@@ -154,12 +154,10 @@ std::string trim(bool hole, std::initializer_list<std::pair<double, double>> cor
 TEST(BadSurfaces, TrimsThatCrossOrAreNoLoopsAreRefused) {
     const std::string low = trim(true, {{.2, .2}, {.6, .2}, {.6, .6}, {.2, .6}, {.2, .2}});
     EXPECT_GT(finiteTriangles(trimmed(low)).value_or(0), 2u);
-    isRefusedWith(trimmed(low + trim(true, {{.4, .4}, {.8, .4}, {.8, .8}, {.4, .8}, {.4, .4}})),
-                  "hole (loop 1) and hole (loop 2) cross");
-    isRefusedWith(trimmed(trim(false, {{.2, .2}, {.8, .8}, {.8, .2}, {.2, .8}, {.2, .2}})), "crosses itself");
-    isRefusedWith(trimmed(trim(true, {{.2, .2}, {.6, .2}, {.6, .6}})), "it is open");
-    isRefusedWith(trimmed(trim(true, {{.2, .2}, {1.6, .2}, {1.6, .6}, {.2, .6}, {.2, .2}})),
-                  "leaves the surface's domain");
+    isRefusedInWords(trimmed(low + trim(true, {{.4, .4}, {.8, .4}, {.8, .8}, {.4, .8}, {.4, .4}})));
+    isRefusedInWords(trimmed(trim(false, {{.2, .2}, {.8, .8}, {.8, .2}, {.2, .8}, {.2, .2}})));
+    isRefusedInWords(trimmed(trim(true, {{.2, .2}, {.6, .2}, {.6, .6}})));
+    isRefusedInWords(trimmed(trim(true, {{.2, .2}, {1.6, .2}, {1.6, .6}, {.2, .6}, {.2, .2}})));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "server/import/reader/BeforeAssimp.h"
 #include "server/import/reader/ReadScene.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/Picture.h"
 
 namespace tessera {
@@ -65,10 +66,10 @@ TEST(BeforeAssimp, AMeshIsReadNoMoreOftenThanItIsOpened) {
         const std::uint64_t before = readBytes();
         EXPECT_GT(before, 0u);
         const Expected<PlainScene> scene = readScene(path, {});
-        EXPECT_TRUE(scene && std::ranges::any_of(scene->notes, [](const std::string& note) {
-                        return note.find("none.mtl") != std::string::npos;
-                    }));
-        return static_cast<double>(readBytes() - before) / static_cast<double>(text.size());
+        const double times = static_cast<double>(readBytes() - before) / static_cast<double>(text.size());
+        EXPECT_TRUE(scene);
+        if (scene) EXPECT_WORDS(fmt::format("{}", fmt::join(scene->notes, "\n")));
+        return times;
     };
     EXPECT_LT(timesRead(scratch.write("large.obj", text)), 0.2);
     // A comma in the place of a point is assimp's.
@@ -117,20 +118,17 @@ TEST(BeforeAssimp, AnOffHoldsWhatItAnnounces) {
 
 TEST(BeforeAssimp, AFileOfSixtyBytesIsRefusedByItsHeaderAndNotByTheClock) {
     const std::string ply = "ply\nformat ascii 1.0\nelement vertex 1000000000\nproperty float x\n";
-    const std::tuple<const char*, std::string, const char*> files[] = {
-        {"a.ply", ply, "its header does not end"},
-        {"b.ply", ply + "end_header\n", "its header announces 1000000000 vertex (line 3), and 0 of them are there"},
-        {"c.smd", "version 1\nnodes\n0 \"root\" -1\n", "line 2: the section 'nodes' has no end"},
-        {"d.smd", "version 1\nnodes\n1000000000 \"root\" -1\nend\n", "line 3: this is no bone"},
-        {"e.off", "OFF\n1000000000 1 0\n0 0 0\n", "it announces 1000000000 vertices (line 2), and 1 of them is there"},
-        {"f.md5mesh", "MD5Version 10\nmesh {\nnumverts 4000000000\n}\n",
-         "line 3: numverts is more than the file has lines"}};
-    for (const auto& [name, text, why] : files) {
+    const std::pair<const char*, std::string> files[] = {
+        {"a.ply", ply},
+        {"b.ply", ply + "end_header\n"},
+        {"c.smd", "version 1\nnodes\n0 \"root\" -1\n"},
+        {"d.smd", "version 1\nnodes\n1000000000 \"root\" -1\nend\n"},
+        {"e.off", "OFF\n1000000000 1 0\n0 0 0\n"},
+        {"f.md5mesh", "MD5Version 10\nmesh {\nnumverts 4000000000\n}\n"}};
+    for (const auto& [name, text] : files) {
         const Expected<ImportedScene> scene = read(name, text);
         ASSERT_FALSE(scene) << name;
-        EXPECT_NE(scene.error().message.find(fmt::format("'{}' cannot be read: ", name)), std::string::npos)
-            << scene.error().message;
-        EXPECT_NE(scene.error().message.find(why), std::string::npos) << scene.error().message;
+        EXPECT_WORDS(scene.error().message);
     }
 }
 
@@ -197,8 +195,7 @@ TEST(BeforeAssimp, WeightsThatMoveNothingAreNamed) {
         Md5File{.weights = "numweights 3\nweight 0 0 0 ( 0 0 0 )\nweight 1 0 1 ( 1 0 0 )\nweight 2 1 0 ( 0 1 0 )\n"}
             .text());
     ASSERT_TRUE(scene) << messageOf(scene);
-    EXPECT_TRUE(says(scene, "the weights of 2 vertices sum up to nothing (the first: line 15)"))
-        << fmt::format("{}", fmt::join(scene->notes, "\n"));
+    EXPECT_WORDS(notesIn(*scene));
 }
 
 TEST(BeforeAssimp, AnimationsBesideAModelAreLookedAtToo) {
@@ -220,8 +217,7 @@ TEST(BeforeAssimp, AnimationsBesideAModelAreLookedAtToo) {
     const Expected<ImportedScene> scene =
         importScene(scratch.write("m.md5mesh", Md5File().text()), kRootNode, importOptions());
     ASSERT_FALSE(scene);
-    EXPECT_NE(scene.error().message.find("m.md5mesh: 'm.md5anim' cannot be read: line 14: "), std::string::npos)
-        << scene.error().message;
+    EXPECT_WORDS(scene.error().message);
 }
 
 /// Numbers of a sound MD5 become others, lines go: whoever is let through, assimp reads without a crash, a hundred

@@ -8,6 +8,7 @@
 #include "common/base/Hash.h"
 #include "proto/scene.pb.h"
 #include "server/import/Record.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -106,9 +107,7 @@ TEST_F(FakeImporter, ThatIsMissingIsNamed) {
     options.importerProgram = scratch_.path("nowhere/tessera-import");
     const Expected<ImportedScene> scene = importScene(scratch_.write("m.glb", "x"), kRootNode, options);
     ASSERT_FALSE(scene);
-    EXPECT_NE(scene.error().message.find("nowhere/tessera-import' cannot be started: No such file or directory"),
-              std::string::npos)
-        << scene.error().message;
+    EXPECT_WORDS(scene.error().message);
 }
 
 TEST_F(FakeImporter, SceneThatIsNotInPlainFormIsRefused) {
@@ -116,9 +115,7 @@ TEST_F(FakeImporter, SceneThatIsNotInPlainFormIsRefused) {
     proto::scene::SceneFile box;
     box.add_node()->mutable_box()->mutable_size()->set_x(1);
     const std::string end = record(ImportRecord::Kind::kEnd, "");
-    EXPECT_NE(
-        errorWith(say(record(ImportRecord::Kind::kScene, box.SerializeAsString()) + end)).find("not in plain form"),
-        std::string::npos);
+    EXPECT_WORDS(errorWith(say(record(ImportRecord::Kind::kScene, box.SerializeAsString()) + end)));
 
     proto::scene::SceneFile file;
     file.add_node()->mutable_geometry()->set_mesh("m");
@@ -126,15 +123,13 @@ TEST_F(FakeImporter, SceneThatIsNotInPlainFormIsRefused) {
     mesh->set_name("m");
     mesh->set_positions_blob(1);
     mesh->set_indices_blob(2);
-    EXPECT_NE(errorWith(say(record(ImportRecord::Kind::kScene, file.SerializeAsString()) + end))
-                  .find("array 1 does not exist"),
-              std::string::npos);
+    EXPECT_WORDS(errorWith(say(record(ImportRecord::Kind::kScene, file.SerializeAsString()) + end)));
     const std::string positions(36, '\0');
     const std::string indices("\0\0\0\0\1\0\0\0\x63\0\0\0", 12);
     const std::string wrong =
         errorWith(say(record(ImportRecord::Kind::kScene, file.SerializeAsString()) +
                       record(ImportRecord::Kind::kBlob, positions) + record(ImportRecord::Kind::kBlob, indices) + end));
-    EXPECT_NE(wrong.find("mesh 'm'"), std::string::npos) << wrong;
+    EXPECT_WORDS(wrong);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "common/cores/Geometry.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -61,15 +62,14 @@ protected:
         options.maxMemoryBytes = std::size_t{1} << 30;
         return importScene(scratch_.write(file, text), kRootNode, options);
     }
-    void expectRefused(const std::string& file, const std::string& text, const std::string& words, int seconds = 2) {
+    void expectRefused(const std::string& file, const std::string& text, int seconds = 2) {
         const Expected<ImportedScene> scene = load(file, text, seconds);
         ASSERT_FALSE(scene) << file;
-        EXPECT_NE(scene.error().message.find(words), std::string::npos) << file << ": " << scene.error().message;
+        EXPECT_WORDS(scene.error().message) << file;
     }
-    void expectNote(const std::string& file, const std::string& text, const std::string& words) {
+    void expectNote(const std::string& file, const std::string& text) {
         const Expected<ImportedScene> scene = load(file, text);
-        const std::string said = scene ? fmt::format("{}", fmt::join(scene->notes, "\n")) : scene.error().message;
-        EXPECT_NE(said.find(words), std::string::npos) << file << ": " << said;
+        EXPECT_WORDS(scene ? notesIn(*scene) : scene.error().message) << file;
     }
     const Scratch scratch_;
 };
@@ -89,41 +89,32 @@ TEST_F(CoinBounds, InventorInBytesIsReadAsTheSameInText) {
 TEST_F(CoinBounds, CountsOfInventorInBytesThatLieAreRefused) {
     for (const std::uint32_t count : {20'000'000u, 1u << 30, 0x7fffffffu})
         expectRefused(
-            "a.iv", kBinaryHead + nodeOfOneField("Coordinate3", "point", bigEndianWord(count) + floatWords({0, 0, 0})),
-            fmt::format("it announces {} values in a file of", count));
+            "a.iv", kBinaryHead + nodeOfOneField("Coordinate3", "point", bigEndianWord(count) + floatWords({0, 0, 0})));
     expectRefused("b.iv",
-                  kBinaryHead + nodeOfOneField("Coordinate3", "point", bigEndianWord(60'000) + floatWords({0, 0, 0})),
-                  "values where 0 bytes are left");
-    expectRefused("c.iv",
-                  kBinaryHead + nodeOfOneField("Texture2", "image",
-                                               bigEndianWord(32'000) + bigEndianWord(32'000) + bigEndianWord(4) +
-                                                   bigEndianWord(255)),
-                  "it announces a picture of 32000 × 32000 pixels where");
+                  kBinaryHead + nodeOfOneField("Coordinate3", "point", bigEndianWord(60'000) + floatWords({0, 0, 0})));
+    expectRefused("c.iv", kBinaryHead + nodeOfOneField("Texture2", "image",
+                                                       bigEndianWord(32'000) + bigEndianWord(32'000) +
+                                                           bigEndianWord(4) + bigEndianWord(255)));
 }
 
 TEST_F(CoinBounds, InventorInBytesMayNotBeNestedWithoutEnd) {
-    expectRefused(
-        "a.iv",
-        kBinaryHead +
-            timesOver(lengthAndLetters("Separator") + bigEndianWord(0) + bigEndianWord(0) + bigEndianWord(1), 60'000),
-        "its nodes are nested too deeply");
+    expectRefused("a.iv", kBinaryHead + timesOver(lengthAndLetters("Separator") + bigEndianWord(0) + bigEndianWord(0) +
+                                                      bigEndianWord(1),
+                                                  60'000));
 }
 
 TEST_F(CoinBounds, APictureThatIsNotThereTakesNoMemory) {
-    const std::string wrong = "it announces a picture of 32767 × 32767 pixels where";
-    expectRefused("a.wrl",
-                  kVrmlBegin +
-                      "Shape { appearance Appearance { texture PixelTexture { image 32767 32767 4 0x1 } } "
-                      "geometry Box {} }",
-                  wrong);
-    expectRefused("b.iv", "#Inventor V2.1 ascii\nTexture2 { image 32767 32767 4 0xff }\nCube {}", wrong);
+    expectRefused("a.wrl", kVrmlBegin +
+                               "Shape { appearance Appearance { texture PixelTexture { image 32767 32767 4 0x1 } } "
+                               "geometry Box {} }");
+    expectRefused("b.iv", "#Inventor V2.1 ascii\nTexture2 { image 32767 32767 4 0xff }\nCube {}");
 }
 
 TEST_F(CoinBounds, LettersOfTwoBytesAreNamed) {
     for (const std::string& text : {kVrmlBegin + "Shape { geometry Box {} }", std::string("<X3D><Scene/></X3D>")}) {
         std::string wide = "\xff\xfe";
         for (const char letter : text) wide += {letter, '\0'};
-        expectRefused("a.wrl", wide, "it is text in UTF-16, which is not read: save it as UTF-8");
+        expectRefused("a.wrl", wide);
     }
 }
 
@@ -140,10 +131,8 @@ TEST_F(CoinBounds, AnExtrusionIsWhatItSaysAndNoMore) {
         load("a.wrl", extrusion(fmt::format("crossSection [{}] spine [{}]", across, along)));
     ASSERT_TRUE(large) << messageOf(large);
     EXPECT_EQ(large->triangles, 2u * 599 * 599 + 2 * 598);
-    expectNote(
-        "b.wrl",
-        extrusion("crossSection [" + timesOver("0 0,", 4000) + "1 1] spine [" + timesOver("0 0 0,", 4000) + "0 1 0]"),
-        "more than there is room for");
+    expectNote("b.wrl", extrusion("crossSection [" + timesOver("0 0,", 4000) + "1 1] spine [" +
+                                  timesOver("0 0 0,", 4000) + "0 1 0]"));
     // All rings in one point.
     const Expected<ImportedScene> cone =
         load("c.wrl", extrusion("crossSection [" + across + "] spine [" + along + "] scale 0 0"));
@@ -201,10 +190,9 @@ TEST_F(CoinBounds, AShapesPointsMayAllBeOne) {
     const Expected<ImportedScene> scene = load("a.iv", many);
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_EQ(scene->triangles, 10'000u);
-    expectNote("b.wrl",
-               kVrmlBegin + "Shape { geometry ElevationGrid { xDimension 100 zDimension 100 xSpacing 0 height [" +
-                   timesOver("0 ", 10'000) + "] } }",
-               "its spacing is not more than 0");
+    expectNote("b.wrl", kVrmlBegin +
+                            "Shape { geometry ElevationGrid { xDimension 100 zDimension 100 xSpacing 0 height [" +
+                            timesOver("0 ", 10'000) + "] } }");
 }
 
 TEST_F(CoinBounds, KindsOfNodesAndPrototypesMayBeVeryMany) {
@@ -214,7 +202,7 @@ TEST_F(CoinBounds, KindsOfNodesAndPrototypesMayBeVeryMany) {
     const Expected<ImportedScene> scene = load("a.wrl", kinds);
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_EQ(scene->triangles, 12u);
-    expectRefused("b.wrl", protos, "it has more than 5000 prototypes");
+    expectRefused("b.wrl", protos);
 }
 
 TEST_F(CoinBounds, NodesWithNamesTakeHardlyMoreThanThoseWithout) {
@@ -242,11 +230,9 @@ TEST_F(CoinBounds, NodesWithNamesTakeHardlyMoreThanThoseWithout) {
 }
 
 TEST_F(CoinBounds, ASideOfAPictureThatFitsNowhereIsNamedAsItIs) {
-    expectRefused("a.wrl",
-                  kVrmlBegin +
-                      "Shape { appearance Appearance { texture PixelTexture { image 100000 100000 3 0 0 } } "
-                      "geometry Box {} }",
-                  "it has the number 100000 where none beyond 32767 fits: a side of a picture is too long");
+    expectRefused("a.wrl", kVrmlBegin +
+                               "Shape { appearance Appearance { texture PixelTexture { image 100000 100000 3 0 0 } } "
+                               "geometry Box {} }");
 }
 
 TEST_F(CoinBounds, OneGeometryIsMadeOnceWhoeverUsesIt) {
@@ -261,11 +247,9 @@ TEST_F(CoinBounds, OneGeometryIsMadeOnceWhoeverUsesIt) {
     expectRefused("b.iv",
                   "#Inventor V2.1 ascii\nCoordinate3 { point [" + points + "] }\nDEF A IndexedFaceSet { coordIndex [" +
                       corners + "] }" + timesOver(" USE A", 3'000),
-                  "used again and again", 10);
-    expectRefused("c.wrl",
-                  kVrmlBegin + "PROTO P [] { Shape { geometry IndexedFaceSet { coord Coordinate { point [" + points +
-                      "] } coordIndex [" + corners + "] } } }\n" + timesOver("P {} ", 3'000),
-                  "its prototypes stand for more than");
+                  10);
+    expectRefused("c.wrl", kVrmlBegin + "PROTO P [] { Shape { geometry IndexedFaceSet { coord Coordinate { point [" +
+                               points + "] } coordIndex [" + corners + "] } } }\n" + timesOver("P {} ", 3'000));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -46,9 +47,9 @@ protected:
         triangles_ = scene->triangles;
         return fmt::format("notes: {}", fmt::join(scene->notes, "\n"));
     }
-    void expect(const std::string& name, const std::string& text, const std::string& words) {
+    void expect(const std::string& name, const std::string& text) {
         const std::string answer = said(name, text);
-        EXPECT_NE(answer.find(words), std::string::npos) << name << " says: " << answer.substr(0, 500);
+        EXPECT_WORDS(answer) << name;
         EXPECT_EQ(answer.find("crashed"), std::string::npos) << name << " says: " << answer.substr(0, 500);
     }
     const Scratch scratch_;
@@ -56,54 +57,43 @@ protected:
 };
 
 TEST_F(CoinHostile, NestingIsBounded) {
-    expect("a.wrl", kVrmlHead + repeated("Group { children [", 1'000'000), "line 2: brackets are nested deeper");
-    expect("b.iv", kInventorHead + repeated("Separator {", 900) + "Cube {}" + repeated("}", 900),
-           "nodes are nested deeper");
-    expect("c.x3d", "<X3D><Scene>" + repeated("<Group>", 100'000) + repeated("</Group>", 100'000) + "</Scene></X3D>",
-           "nested deeper");
-    expect("d.x3dv", "#X3D V3.0 utf8\n" + repeated("Group { children [", 100'000),
-           "line 2: brackets are nested deeper");
+    expect("a.wrl", kVrmlHead + repeated("Group { children [", 1'000'000));
+    expect("b.iv", kInventorHead + repeated("Separator {", 900) + "Cube {}" + repeated("}", 900));
+    expect("c.x3d", "<X3D><Scene>" + repeated("<Group>", 100'000) + repeated("</Group>", 100'000) + "</Scene></X3D>");
+    expect("d.x3dv", "#X3D V3.0 utf8\n" + repeated("Group { children [", 100'000));
 }
 
 TEST_F(CoinHostile, MoreNodesThanTheirBytesBearAreRefused) {
     std::string kinds;
     for (int i = 0; i < 60'000; ++i) kinds += fmt::format("K{} {{}}\n", i);
-    expect("kinds.wrl", kVrmlHead + kinds, "line 50002: it has more than 50000 kinds of nodes that are not known");
-    expect("nodes.wrl", kVrmlHead + repeated("Group {}\n", 300'000), "it has more than 248751 nodes in 2700016 bytes");
+    expect("kinds.wrl", kVrmlHead + kinds);
+    expect("nodes.wrl", kVrmlHead + repeated("Group {}\n", 300'000));
 }
 
 TEST_F(CoinHostile, NothingMultipliesWithoutEnd) {
-    expect("uses.wrl",
-           kVrmlHead +
-               doubling("DEF L0 Shape { geometry Box {} }\n", "DEF L{0} Group {{ children [ USE L{1} USE L{1} ] }}\n"),
-           "used again and again");
-    expect("protos.wrl",
-           kVrmlHead +
-               doubling("PROTO P0 [] { Group {} }\n",
-                        "PROTO P{0} [] {{ Group {{ children [ P{1} {{}} P{1} {{}} ] }} }}\n") +
-               "P39 {}",
-           "its prototypes stand for more than");
-    expect("self.wrl", kVrmlHead + "PROTO A [] { Group { children A {} } } A {}", "PROTO 'A' contains itself");
-    expect("cycle.wrl", kVrmlHead + "DEF A Group { children [ Shape { geometry Box {} } USE A ] }", "inside itself");
-    expect("cycle.iv", kInventorHead + "DEF A Separator { Cube {} USE A }", "inside itself");
+    expect("uses.wrl", kVrmlHead + doubling("DEF L0 Shape { geometry Box {} }\n",
+                                            "DEF L{0} Group {{ children [ USE L{1} USE L{1} ] }}\n"));
+    expect("protos.wrl", kVrmlHead +
+                             doubling("PROTO P0 [] { Group {} }\n",
+                                      "PROTO P{0} [] {{ Group {{ children [ P{1} {{}} P{1} {{}} ] }} }}\n") +
+                             "P39 {}");
+    expect("self.wrl", kVrmlHead + "PROTO A [] { Group { children A {} } } A {}");
+    expect("cycle.wrl", kVrmlHead + "DEF A Group { children [ Shape { geometry Box {} } USE A ] }");
+    expect("cycle.iv", kInventorHead + "DEF A Separator { Cube {} USE A }");
     // Coin went round and round in fields.
-    expect("field.wrl", kVrmlHead + "DEF A Shape { appearance Appearance { material USE A } geometry Box {} }",
-           "uses of a node inside itself (the first: 'A')");
+    expect("field.wrl", kVrmlHead + "DEF A Shape { appearance Appearance { material USE A } geometry Box {} }");
     EXPECT_EQ(triangles_, 12u);
     expect(
         "field.x3dv",
-        "#X3D V3.0 utf8\nPROFILE Immersive\nDEF A Shape { appearance Appearance { material USE A } geometry Box {} }",
-        "inside itself");
+        "#X3D V3.0 utf8\nPROFILE Immersive\nDEF A Shape { appearance Appearance { material USE A } geometry Box {} }");
     expect(
         "field.x3d",
         R"(<X3D version="3.0" profile="Immersive"><Scene><Shape DEF="A"><Appearance><Material USE="A"/></Appearance>)"
-        "<Box/></Shape></Scene></X3D>",
-        "inside itself");
+        "<Box/></Shape></Scene></X3D>");
     expect("ended.wrl",
            kVrmlHead +
                "PROTO P [ field MFNode c [] ] { Transform { children IS c } } P { c [ DEF A Shape { appearance "
-               "Appearance { material USE A ] Shape {} } } ] }",
-           "error: ");
+               "Appearance { material USE A ] Shape {} } } ] }");
     const std::string script =
         said("script.wrl", kVrmlHead +
                                "DEF A Group { children [ Shape { geometry Box {} } Script { field "
@@ -113,62 +103,51 @@ TEST_F(CoinHostile, NothingMultipliesWithoutEnd) {
     const std::string again = kVrmlHead + "DEF A Group { children [ DEF A Shape { geometry Box {} } USE A ] }";
     EXPECT_EQ(said("again.wrl", again).find("inside itself"), std::string::npos);
     EXPECT_EQ(triangles_, 24u);
-    expect("array.iv", kInventorHead + "Array { numElements1 30000 numElements2 30000 numElements3 30000 Cube {} }",
-           "more than");
-    expect("bomb.wrz", gzip(kVrmlHead + std::string(std::size_t{200} << 20, ' ')), "unpacked it has more than");
-    expect("bomb.x3d", "<!DOCTYPE X3D [ <!ENTITY a \"aa\"> <!ENTITY b \"&a;&a;\"> ]><X3D><Scene/></X3D>", "entities");
-    expect("prototypes.wrl", kVrmlHead + "EXTERNPROTO A [] \"prototypes.wrl#A\" A {} Shape { geometry Box {} }",
-           "in a circle");
+    expect("array.iv", kInventorHead + "Array { numElements1 30000 numElements2 30000 numElements3 30000 Cube {} }");
+    expect("bomb.wrz", gzip(kVrmlHead + std::string(std::size_t{200} << 20, ' ')));
+    expect("bomb.x3d", "<!DOCTYPE X3D [ <!ENTITY a \"aa\"> <!ENTITY b \"&a;&a;\"> ]><X3D><Scene/></X3D>");
+    expect("prototypes.wrl", kVrmlHead + "EXTERNPROTO A [] \"prototypes.wrl#A\" A {} Shape { geometry Box {} }");
 }
 
 TEST_F(CoinHostile, NumbersThatLeadNowhereAreMended) {
     const auto shape = [](const std::string& geometry) { return kVrmlHead + "Shape { geometry " + geometry + " }"; };
-    expect("a.wrl",
-           shape("IndexedFaceSet { " + kThreeCorners +
-                 "coordIndex [ 0 1 2 -1 0 1 99999999 -1 2147483647 -2147483648 -7 ] }"),
-           "2 of its faces name vertices that do not exist");
+    expect("a.wrl", shape("IndexedFaceSet { " + kThreeCorners +
+                          "coordIndex [ 0 1 2 -1 0 1 99999999 -1 2147483647 -2147483648 -7 ] }"));
     EXPECT_EQ(triangles_, 1u);
-    expect("b.wrl", shape("IndexedLineSet { " + kThreeCorners + "coordIndex [ 0 1 2 -1 0 77777777 ] }"),
-           "1 of its lines name vertices");
+    expect("b.wrl", shape("IndexedLineSet { " + kThreeCorners + "coordIndex [ 0 1 2 -1 0 77777777 ] }"));
     expect(
         "c.wrl",
         shape(
             "IndexedFaceSet { " + kThreeCorners +
             "coordIndex [ 0 1 2 -1 ] color Color { color 1 0 0 } colorIndex [ 5 70000000 9 ] "
-            "normal Normal { vector 0 0 1 } normalIndex [ 5 70000000 -9 ] texCoord TextureCoordinate { point 0 0 } }"),
-        "numbers of colours, normals or texture coordinates are wrong or missing");
-    expect("d.wrl", shape("ElevationGrid { xDimension 2000000000 zDimension 2000000000 height [ 0 1 2 ] }"),
-           "fewer heights than its dimensions say");
+            "normal Normal { vector 0 0 1 } normalIndex [ 5 70000000 -9 ] texCoord TextureCoordinate { point 0 0 } }"));
+    expect("d.wrl", shape("ElevationGrid { xDimension 2000000000 zDimension 2000000000 height [ 0 1 2 ] }"));
     const std::string points = kInventorHead + "Coordinate3 { point [ 0 0 0, 1 0 0, 1 1 0, 0 1 0 ] }\n";
     for (const char* runs :
          {"FaceSet { numVertices [ 3, 4000000 ] }", "FaceSet { startIndex 2000000000 numVertices 3 }",
           "TriangleStripSet { numVertices 2000000000 }", "QuadMesh { verticesPerRow 99999 verticesPerColumn 99999 }",
           "LineSet { startIndex -7 numVertices 99999 }", "PointSet { startIndex -7 numPoints 1000000000 }"})
-        expect("e.iv", points + runs, "vertices that do not exist");
+        expect("e.iv", points + runs);
     expect("f.iv",
            points +
                "Normal { vector 0 0 1 } TextureCoordinate2 { point 0 0 } MaterialBinding { value PER_VERTEX_INDEXED } "
-               "IndexedFaceSet { coordIndex [ 0 1 2 -1 0 2 99 ] materialIndex [ 5 600000 7 ] normalIndex [ 5 6 ] }",
-           "name vertices that do not exist");
-    expect("g.wrl", kVrmlHead + "Shape { geometry PointSet { coord Coordinate { point [ 1e39 0 0, 1 0 0 ] } } }",
-           "non-valid floating point number");
-    expect("h.wrl", kVrmlHead + "Transform { scale 1e30 1e30 1e30 children Shape { geometry Box {} } }",
-           "no finite place");
+               "IndexedFaceSet { coordIndex [ 0 1 2 -1 0 2 99 ] materialIndex [ 5 600000 7 ] normalIndex [ 5 6 ] }");
+    expect("g.wrl", kVrmlHead + "Shape { geometry PointSet { coord Coordinate { point [ 1e39 0 0, 1 0 0 ] } } }");
+    expect("h.wrl", kVrmlHead + "Transform { scale 1e30 1e30 1e30 children Shape { geometry Box {} } }");
     expect("i.wrl",
-           kVrmlHead + "Shape { appearance Appearance { material Material { transparency 7 } } geometry Box {} }",
-           "the transparency 7 is not between");
-    expect("j.wrl", kVrmlHead + "Transform { translation nan 0 0 }", "line 2");
+           kVrmlHead + "Shape { appearance Appearance { material Material { transparency 7 } } geometry Box {} }");
+    expect("j.wrl", kVrmlHead + "Transform { translation nan 0 0 }");
 }
 
 TEST_F(CoinHostile, WhatIsNoSuchFileIsRefused) {
-    expect("a.wrl", "", "the file is empty");
-    expect("b.wrl", "solid cube", "its first line is none of VRML");
-    expect("c.wrl", kVrmlHead, "nothing in it to show");
-    expect("d.wrz", gzip(kVrmlHead + "Shape { geometry Box {} }").substr(0, 40), "its gzip is damaged or cut short");
-    expect("e.x3d", "<html/>", "no <Scene>");
-    expect("f.x3d", "<X3D><Scene>", "its XML is no good");
-    expect("g.x3dv", "#X3D V3.0 utf8\nShape { geometry ] }", "line 2");
-    expect("h.iv", "#Inventor V2.1 binary\n" + std::string(40, '\7'), "error");
+    expect("a.wrl", "");
+    expect("b.wrl", "solid cube");
+    expect("c.wrl", kVrmlHead);
+    expect("d.wrz", gzip(kVrmlHead + "Shape { geometry Box {} }").substr(0, 40));
+    expect("e.x3d", "<html/>");
+    expect("f.x3d", "<X3D><Scene>");
+    expect("g.x3dv", "#X3D V3.0 utf8\nShape { geometry ] }");
+    expect("h.iv", "#Inventor V2.1 binary\n" + std::string(40, '\7'));
 }
 
 TEST_F(CoinHostile, FilesThatEndTooEarlyAreSaidToOrShown) {

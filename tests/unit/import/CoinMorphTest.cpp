@@ -12,6 +12,7 @@
 #include "common/cores/DistanceLOD.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Skin.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -237,15 +238,12 @@ TEST_F(CoinMorphFiles, SayWhatStandsStill) {
     };
     const std::string faces =
         "IndexedFaceSet { coordIndex [ 0 1 2 ] coord DEF C Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } }";
-    const auto expect = [&](const std::string& all, const char* part) {
-        EXPECT_NE(all.find(part), std::string::npos) << all;
-    };
-    expect(notes("PointSet { coord DEF C Coordinate { point [ 0 0 0, 1 0 0 ] } }", "key 0 keyValue [ 1 1 1, 2 2 2 ]"),
-           "points of a Coordinate stand still: only faces are moved point by point here (the first: 'C')");
-    expect(notes(faces, ""), "their interpolator has no keys");
-    expect(notes(faces, "key [ 0 1 ] keyValue 1 1 1"), "their interpolator has fewer values than keys");
-    expect(notes(faces, "key [ 0 ] keyValue [ 1 1 1e38, 2 2 2, 3 3 3 ]"), "not finite, or beyond 1e15");
-    expect(notes(faces, "key [ 1 0 ] keyValue [ 1 1 1, 2 2 2, 3 3 3, 4 4 4, 5 5 5, 6 6 6 ]"), "do not ascend");
+    EXPECT_WORDS(
+        notes("PointSet { coord DEF C Coordinate { point [ 0 0 0, 1 0 0 ] } }", "key 0 keyValue [ 1 1 1, 2 2 2 ]"));
+    EXPECT_WORDS(notes(faces, ""));
+    EXPECT_WORDS(notes(faces, "key [ 0 1 ] keyValue 1 1 1"));
+    EXPECT_WORDS(notes(faces, "key [ 0 ] keyValue [ 1 1 1e38, 2 2 2, 3 3 3 ]"));
+    EXPECT_WORDS(notes(faces, "key [ 1 0 ] keyValue [ 1 1 1, 2 2 2, 3 3 3, 4 4 4, 5 5 5, 6 6 6 ]"));
     // So many keys that each triangle would be there a million times.
     std::string keys, values, corners;
     for (int k = 0; k < 3000; ++k) {
@@ -253,11 +251,10 @@ TEST_F(CoinMorphFiles, SayWhatStandsStill) {
         values += fmt::format("0 0 {0}, 1 0 {0}, 0 1 {0}, ", k);
         corners += "0 1 2 -1 ";
     }
-    expect(notes("IndexedFaceSet { coordIndex [ " + corners +
-                     "] coord DEF C Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 "
-                     "] } }",
-                 "key [ " + keys + "] keyValue [ " + values + "]"),
-           "more than there is room for");
+    EXPECT_WORDS(notes("IndexedFaceSet { coordIndex [ " + corners +
+                           "] coord DEF C Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 "
+                           "] } }",
+                       "key [ " + keys + "] keyValue [ " + values + "]"));
 }
 
 TEST_F(CoinMorphFiles, MakeNormalsAnewThatWouldMove) {
@@ -290,9 +287,7 @@ TEST_F(CoinMorphFiles, LevelsOfInventorGoByTheirSizeOnTheScreen) {
     EXPECT_NEAR(levels->radius, 0.5 * std::sqrt((8.0 + 4 + 2) / 3), 1e-6);
     EXPECT_LT(levels->center.norm(), 1e-6);
     read("b.iv", "#Inventor V2.1 ascii\nLevelOfDetail { screenArea [ 100, 200, 5 ] Cube {} Sphere {} Cone {} }");
-    EXPECT_NE(notes_.find("areas of a LevelOfDetail that do not descend are left out, with their levels"),
-              std::string::npos)
-        << notes_;
+    EXPECT_WORDS(notes_);
 }
 
 }  // namespace

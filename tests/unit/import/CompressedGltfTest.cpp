@@ -17,6 +17,7 @@
 #include "common/scene/Action.h"
 #include "server/import/reader/GltfCompression.h"
 #include "server/import/reader/ReadScene.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/Damage.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/ImportFixture.h"
@@ -168,29 +169,18 @@ TEST(CompressedGltf, AViewThatIsNoneIsNamed) {
     const auto refused = [&](const std::string& view) {
         return messageOf(fromFile(scratch.write("bad.gltf", meshoptFile(view))));
     };
-    struct Bad {
-        const char *view, *why;
-    };
-    for (const auto& [view, why] : {
-             Bad{R"({"buffer":0,"byteLength":4,"byteStride":12,"count":3,"mode":"ATTRIBUTES"})",
-                 "buffer view 0, compressed by meshopt: its bytes are damaged"},
-             Bad{R"({"buffer":0,"byteLength":4,"byteStride":11,"count":3,"mode":"ATTRIBUTES"})",
-                 "its stride is 11: 4 to 256 in fours"},
-             Bad{R"({"buffer":0,"byteLength":4,"byteStride":12,"count":3,"mode":"ATTRIBUTES","filter":"COLOR"})",
-                 "the filter COLOR is not read"},
-             Bad{R"({"buffer":0,"byteLength":4,"byteStride":12,"count":3,"mode":"ATTRIBUTES","filter":"QUATERNION"})",
-                 "quaternions with a stride of 12"},
-             Bad{R"({"buffer":0,"byteLength":4,"byteStride":2,"count":4,"mode":"TRIANGLES"})",
-                 "4 indices are no triangles"},
-             Bad{R"({"buffer":0,"byteLength":4,"byteStride":4,"count":4,"mode":"MAGIC"})",
-                 "the mode \"MAGIC\" is unknown"},
-             Bad{R"({"buffer":7,"byteLength":4,"byteStride":4,"count":4,"mode":"INDICES"})", "there is no buffer 7"},
-             Bad{R"({"buffer":0,"byteLength":5,"byteStride":4,"count":4,"mode":"INDICES"})",
-                 "it reaches past the end of buffer 0"},
-             Bad{R"({"buffer":0,"byteLength":4,"byteStride":12,"count":1000000,"mode":"ATTRIBUTES"})",
-                 "1000000 elements of 12 bytes are not in 4 bytes"},
+    for (const char* const view : {
+             R"({"buffer":0,"byteLength":4,"byteStride":12,"count":3,"mode":"ATTRIBUTES"})",
+             R"({"buffer":0,"byteLength":4,"byteStride":11,"count":3,"mode":"ATTRIBUTES"})",
+             R"({"buffer":0,"byteLength":4,"byteStride":12,"count":3,"mode":"ATTRIBUTES","filter":"COLOR"})",
+             R"({"buffer":0,"byteLength":4,"byteStride":12,"count":3,"mode":"ATTRIBUTES","filter":"QUATERNION"})",
+             R"({"buffer":0,"byteLength":4,"byteStride":2,"count":4,"mode":"TRIANGLES"})",
+             R"({"buffer":0,"byteLength":4,"byteStride":4,"count":4,"mode":"MAGIC"})",
+             R"({"buffer":7,"byteLength":4,"byteStride":4,"count":4,"mode":"INDICES"})",
+             R"({"buffer":0,"byteLength":5,"byteStride":4,"count":4,"mode":"INDICES"})",
+             R"({"buffer":0,"byteLength":4,"byteStride":12,"count":1000000,"mode":"ATTRIBUTES"})",
          })
-        EXPECT_NE(refused(view).find(why), std::string::npos) << refused(view);
+        EXPECT_WORDS(refused(view));
 }
 
 std::string bytesOf(const std::string& path) {
@@ -262,10 +252,7 @@ TEST(CompressedGltf, WhatDracoCannotDecodeIsItsTwinInTheFile) {
         fromFile(scratch.write("twin.gltf", file(fmt::format(R"("POSITION":{})", places).c_str())));
     ASSERT_TRUE(twin) << messageOf(twin);
     ASSERT_EQ(twin->notes.size(), 1u);
-    EXPECT_NE(twin->notes[0].find("mesh 0, primitive 0, compressed by Draco: buffer view 0 holds no mesh of Draco's; "
-                                  "its uncompressed twin is shown"),
-              std::string::npos)
-        << twin->notes[0];
+    EXPECT_WORDS(twin->notes[0]);
 }
 
 /// A triangle ten times as large as its twin, and places alone.

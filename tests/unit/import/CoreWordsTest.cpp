@@ -5,6 +5,7 @@
 #include "common/cores/ParticleEmitter.h"
 #include "common/cores/Particles.h"
 #include "common/cores/Text.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -47,18 +48,11 @@ TEST(CoreWords, AreThoseOfTheTableAndTheMaterialIsTheNodes) {
 }
 
 TEST(CoreWords, WhatIsWrongIsNamedWithItsPlace) {
-    EXPECT_NE(coreTrouble("\nnode { core { particle_emitter { rat: 5 } } }")
-                  .find("core.tsct:2:37: ParticleEmitter has no 'rat'; did you mean 'rate'?"),
-              std::string::npos)
-        << coreTrouble("\nnode { core { particle_emitter { rat: 5 } } }");
-    const std::string many = coreTrouble("\n\n  node { core { particle_emitter { rate: 1000 life: 100 } } }");
-    EXPECT_NE(many.find("core.tsct:3:"), std::string::npos) << many;
-    EXPECT_NE(many.find("100000 particles at a time, at most 65536 are allowed"), std::string::npos) << many;
-    EXPECT_NE(coreTrouble("node { core { particle_emitter { rate: -5 } } }").find("rate"), std::string::npos);
-    EXPECT_NE(coreTrouble("node { core {} }").find("no type that this version knows"), std::string::npos)
-        << coreTrouble("node { core {} }");
-    EXPECT_NE(coreTrouble("node { core { particle_emitter { material: 5 } } }").find("which does not exist"),
-              std::string::npos);
+    EXPECT_WORDS(coreTrouble("\nnode { core { particle_emitter { rat: 5 } } }"));
+    EXPECT_WORDS(coreTrouble("\n\n  node { core { particle_emitter { rate: 1000 life: 100 } } }"));
+    EXPECT_WORDS(coreTrouble("node { core { particle_emitter { rate: -5 } } }"));
+    EXPECT_WORDS(coreTrouble("node { core {} }"));
+    EXPECT_WORDS(coreTrouble("node { core { particle_emitter { material: 5 } } }"));
 }
 
 TEST(CoreWords, ANumberThatIsNoWordIsLeftOutAndNamed) {
@@ -66,9 +60,7 @@ TEST(CoreWords, ANumberThatIsNoWordIsLeftOutAndNamed) {
         importCore("\n node { name: \"bare\" core { particle_emitter { place: 7 rate: 5 } } }");
     ASSERT_TRUE(scene) << messageOf(scene);
     ASSERT_EQ(scene->notes.size(), 1u);
-    EXPECT_NE(scene->notes[0].find("core.tsct:2:"), std::string::npos) << scene->notes[0];
-    EXPECT_NE(scene->notes[0].find("wrote place 7 of ParticleEmitter: not understood, left out"), std::string::npos)
-        << scene->notes[0];
+    EXPECT_WORDS(scene->notes[0]);
     const ImportedAspect aspect(std::move(*scene));
     EXPECT_EQ(aspect.core<ParticleEmitter>("/bare")->place, ParticleEmitter().place);
 }
@@ -88,8 +80,7 @@ TEST(CoreWords, KindsThatAreTheSameBytesAreCoresOfTheirOwn) {
 
 /// One way to write each thing: what has a message has no words here.
 TEST(CoreWords, AreOnlyOfTypesWithoutAMessage) {
-    EXPECT_NE(coreTrouble("node { core { point_light {} } }").find("has no 'point_light'"), std::string::npos)
-        << coreTrouble("node { core { point_light {} } }");
+    EXPECT_WORDS(coreTrouble("node { core { point_light {} } }"));
 }
 
 }  // namespace

@@ -21,6 +21,7 @@
 
 #include "common/cores/Image.h"
 #include "server/import/reader/RadiancePicture.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/Picture.h"
 #include "tests/unit/import/PictureBytes.h"
 
@@ -306,8 +307,8 @@ TEST(Exr, IsAllAroundASceneAndOnAModel) {
 }
 
 TEST(Exr, WhatIsNotReadIsNamed) {
-    EXPECT_NE(whyNoExr(deep()).find("deep"), std::string::npos);
-    EXPECT_NE(whyNoExr(channelFile({{"Z", 1}, {"N.X", 1}})).find("N.X, Z"), std::string::npos);
+    EXPECT_WORDS(whyNoExr(deep()));
+    EXPECT_WORDS(whyNoExr(channelFile({{"Z", 1}, {"N.X", 1}})));
 }
 
 /// Replaces an attribute's numbers.
@@ -339,7 +340,7 @@ TEST(Exr, SizesThatAreNotThereTakeNoMemory) {
     for (const std::string& lie :
          {withSize(file, "channels", 0x7fffffff), withSize(file, "channels", 3), withSize(file, "pixelAspectRatio", 0),
           withSize(parts(), "type", 0x40000000), lying(parts(), "chunkCount", little(0x7ffffff, 4))})
-        EXPECT_NE(whyNoExr(lie).find("header"), std::string::npos) << whyNoExr(lie);
+        EXPECT_WORDS(whyNoExr(lie));
 }
 
 std::map<std::string, std::string> exrSamples() {

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/PngBytes.h"
 
 namespace tessera {
@@ -73,7 +74,7 @@ TEST(AnimatedPng, ShowsItsFirstFrameWhereThatIsAnotherPicture) {
     std::string expected(80, '\0');
     for (std::size_t y = 0; y < 3; ++y) expected.replace(4 * (4 * (y + 2) + 1), 8, texels("rgba").substr(8 * y, 8));
     EXPECT_EQ(asText(image.rgba), expected);
-    EXPECT_NE(whyNot(apngBeside(3, 2)).find("outside"), std::string::npos);
+    EXPECT_WORDS(whyNot(apngBeside(3, 2)));
 }
 
 TEST(Mng, ShowsItsFirstPngPicture) {
@@ -90,9 +91,9 @@ TEST(Mng, ShowsItsFirstPngPicture) {
 }
 
 TEST(Mng, NamesWhatItDoesNotShow) {
-    EXPECT_NE(whyNot(mngOf(pngChunk("JHDR", std::string(16, '\0')))).find("JNG"), std::string::npos);
-    EXPECT_NE(whyNot(std::string("\x8bJNG\r\n\x1a\n", 8)).find("JNG"), std::string::npos);
-    EXPECT_NE(whyNot(mngOf("")).find("without a picture"), std::string::npos);
+    EXPECT_WORDS(whyNot(mngOf(pngChunk("JHDR", std::string(16, '\0')))));
+    EXPECT_WORDS(whyNot(std::string("\x8bJNG\r\n\x1a\n", 8)));
+    EXPECT_WORDS(whyNot(mngOf("")));
 }
 
 TEST(AnimatedPng, AnyDamageLeadsToAPictureOrAnError) {

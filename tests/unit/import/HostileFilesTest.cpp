@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "common/cores/Material.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -23,26 +24,26 @@ std::string gltf(const std::string& bufferUri, std::size_t bytes = 36) {
                        bytes, bufferUri);
 }
 
-void expectError(const std::string& path, ErrorCode code, std::string_view part) {
+void expectError(const std::string& path, ErrorCode code) {
     const Expected<ImportedScene> scene = import(path);
     ASSERT_FALSE(scene) << path << " was imported";
     EXPECT_EQ(static_cast<int>(scene.error().code), static_cast<int>(code)) << scene.error().message;
-    EXPECT_NE(scene.error().message.find(part), std::string::npos) << scene.error().message;
+    EXPECT_WORDS(scene.error().message);
     EXPECT_EQ(scene.error().message.compare(0, path.size(), path), 0)
         << "names the file first: " << scene.error().message;
 }
 
 TEST(HostileFile, ThatIsNoOrdinaryFileIsNotOpened) {
     const Scratch scratch;
-    expectError(scratch.path("none.glb"), ErrorCode::kNotFound, "there is no such file");
-    expectError(scratch.write("empty.glb", ""), ErrorCode::kBadInput, "the file is empty");
+    expectError(scratch.path("none.glb"), ErrorCode::kNotFound);
+    expectError(scratch.write("empty.glb", ""), ErrorCode::kBadInput);
     std::filesystem::create_directory(scratch.path("folder.glb"));
-    expectError(scratch.path("folder.glb"), ErrorCode::kBadInput, "this is a folder");
+    expectError(scratch.path("folder.glb"), ErrorCode::kBadInput);
     ASSERT_EQ(::mkfifo(scratch.path("pipe.glb").c_str(), 0600), 0);
-    expectError(scratch.path("pipe.glb"), ErrorCode::kBadInput, "not an ordinary file");
-    expectError("/dev/zero", ErrorCode::kBadInput, "not an ordinary file");
+    expectError(scratch.path("pipe.glb"), ErrorCode::kBadInput);
+    expectError("/dev/zero", ErrorCode::kBadInput);
     std::filesystem::create_symlink(scratch.path("loop.obj"), scratch.path("loop.obj"));
-    expectError(scratch.path("loop.obj"), ErrorCode::kBadInput, "symbolic links");
+    expectError(scratch.path("loop.obj"), ErrorCode::kBadInput);
 }
 
 TEST(HostileFile, BesideAModelIsNeverWaitedFor) {
@@ -63,18 +64,14 @@ TEST(HostileFile, BesideAModelIsNeverWaitedFor) {
     };
     const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     scratch.write("good.mtl", "newmtl a\nmap_Kd pipe.png\n");
-    for (const auto& [path, part] :
-         {std::pair(scratch.write("library.obj", "mtllib pipe.mtl\nusemtl a\n" + triangle),
-                    "'pipe.mtl' is not an ordinary file"),
-          {scratch.write("picture.obj", "mtllib good.mtl\nusemtl a\n" + triangle),
-           "'pipe.png' is not an ordinary file"},
-          {scratch.write("buffer.gltf", gltf("pipe.bin")), "'pipe.bin' is not an ordinary file"},
-          {scratch.write("field.mhd",
-                         "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = pipe.raw\n"),
-           "'pipe.raw' is not an ordinary file"},
-          {scratch.write("image.tsct", R"(image { name: "i" uri: "pipe.png" } node { sphere { radius: 1 } })"),
-           "'pipe.png' is not an ordinary file"}})
-        EXPECT_NE(said(path).find(part), std::string::npos) << path << ": " << said(path);
+    for (const std::string& path :
+         {scratch.write("library.obj", "mtllib pipe.mtl\nusemtl a\n" + triangle),
+          scratch.write("picture.obj", "mtllib good.mtl\nusemtl a\n" + triangle),
+          scratch.write("buffer.gltf", gltf("pipe.bin")),
+          scratch.write("field.mhd",
+                        "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = pipe.raw\n"),
+          scratch.write("image.tsct", R"(image { name: "i" uri: "pipe.png" } node { sphere { radius: 1 } })")})
+        EXPECT_WORDS(said(path)) << path;
 }
 
 TEST(HostileFile, ThatIsTooLargeOrUnreadableSaysSo) {
@@ -82,35 +79,35 @@ TEST(HostileFile, ThatIsTooLargeOrUnreadableSaysSo) {
     const std::string large = scratch.path("large.obj");
     std::ofstream(large).put('#');
     std::filesystem::resize_file(large, std::uintmax_t{3} << 30);  // sparse: takes no room
-    expectError(large, ErrorCode::kLimit, "the file is larger than 2047 MiB");
-    expectError(scratch.write("what.xyz123", "?"), ErrorCode::kUnsupported,
-                "nothing here reads files that end in '.xyz123'. Read are models (.glb");
-    for (const char* part : {".3ds", ".blend", ".dae", ".fbx", ".mhd", ".nrrd", ".ply", ".stl", ".tsct", "export .glb",
-                             "tessera-check --formats"})
-        expectError(scratch.path("what.xyz123"), ErrorCode::kUnsupported, part);
-    expectError(scratch.write("word.obj", "v 0 0 0\nv 1 0 zero\nv 0 1 0\nf 1 2 3\n"), ErrorCode::kBadInput,
-                "; line 2: 'zero' is no number");
-    expectError(scratch.write("two.obj", "v 0 0 0\n# two\nv 1 0\nv 0 1 0\nf 1 2 3\n"), ErrorCode::kBadInput,
-                "; line 3: a vertex has three numbers, not 2");
+    expectError(large, ErrorCode::kLimit);
+    // Its sentence is a list of all formats.
+    const Expected<ImportedScene> what = import(scratch.write("what.xyz123", "?"));
+    ASSERT_FALSE(what);
+    EXPECT_EQ(what.error().code, ErrorCode::kUnsupported);
+    for (const char* part : {"'.xyz123'", ".3ds", ".blend", ".dae", ".fbx", ".glb", ".mhd", ".nrrd", ".ply", ".stl",
+                             ".tsct", "tessera-check --formats"})
+        EXPECT_NE(what.error().message.find(part), std::string::npos) << what.error().message;
+    expectError(scratch.write("word.obj", "v 0 0 0\nv 1 0 zero\nv 0 1 0\nf 1 2 3\n"), ErrorCode::kBadInput);
+    expectError(scratch.write("two.obj", "v 0 0 0\n# two\nv 1 0\nv 0 1 0\nf 1 2 3\n"), ErrorCode::kBadInput);
     if (::geteuid() == 0) return;  // root reads everything
     const std::string secret = scratch.write("secret.glb", "glTF");
     std::filesystem::permissions(secret, std::filesystem::perms::none);
-    expectError(secret, ErrorCode::kBadInput, "Permission denied");
+    const Expected<ImportedScene> shut = import(secret);
+    ASSERT_FALSE(shut);
+    EXPECT_EQ(shut.error().code, ErrorCode::kBadInput) << shut.error().message;
+    EXPECT_NE(shut.error().message.find("Permission denied"), std::string::npos) << shut.error().message;
 }
 
 TEST(HostileGltf, CannotReadOutsideOfItsFolder) {
     const Scratch scratch;
     scratch.write("secret.bin", std::string(36, 'x'));
-    expectError(scratch.write("in/up.gltf", gltf("../secret.bin")), ErrorCode::kBadInput,
-                "leads out of the file's own folder");
-    expectError(scratch.write("in/passwd.gltf", gltf("../../../../../../../etc/passwd")), ErrorCode::kBadInput,
-                "leads out of the file's own folder");
-    expectError(scratch.write("in/absolute.gltf", gltf("/etc/passwd")), ErrorCode::kBadInput, "it is not valid glTF");
+    expectError(scratch.write("in/up.gltf", gltf("../secret.bin")), ErrorCode::kBadInput);
+    expectError(scratch.write("in/passwd.gltf", gltf("../../../../../../../etc/passwd")), ErrorCode::kBadInput);
+    expectError(scratch.write("in/absolute.gltf", gltf("/etc/passwd")), ErrorCode::kBadInput);
     std::filesystem::create_symlink(scratch.path("secret.bin"), scratch.path("in/link.bin"));
-    expectError(scratch.write("in/link.gltf", gltf("link.bin")), ErrorCode::kBadInput,
-                "leads out of the file's own folder");
+    expectError(scratch.write("in/link.gltf", gltf("link.bin")), ErrorCode::kBadInput);
     ASSERT_EQ(::mkfifo(scratch.path("in/pipe.bin").c_str(), 0600), 0);
-    expectError(scratch.write("in/pipe.gltf", gltf("pipe.bin")), ErrorCode::kBadInput, "is not an ordinary file");
+    expectError(scratch.write("in/pipe.gltf", gltf("pipe.bin")), ErrorCode::kBadInput);
     // The same file inside of the folder is read.
     scratch.write("in/good.bin", std::string(36, '\0'));
     EXPECT_TRUE(import(scratch.write("in/good.gltf", gltf("good.bin"))));
@@ -129,7 +126,7 @@ TEST(HostileFiles, APathThatWasLookedAtIsNotLookedAtAgain) {
     const Expected<ImportedScene> swapped = importScene(link, kRootNode, options);
     ASSERT_FALSE(swapped);
     EXPECT_EQ(swapped.error().code, ErrorCode::kRefused);
-    EXPECT_NE(swapped.error().message.find("replaced"), std::string::npos);
+    EXPECT_WORDS(swapped.error().message);
 }
 
 TEST(HostileGltf, NestedDeeplyIsRefused) {
@@ -145,13 +142,12 @@ TEST(HostileGltf, NestedDeeplyIsRefused) {
     // Deep nodes in flat JSON.
     std::string chain = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[)";
     for (int i = 1; i < levels; ++i) chain += fmt::format(R"({{"children":[{}]}},)", i);
-    expectError(scratch.write("chain.gltf", chain + "{}]}"), ErrorCode::kLimit,
-                "nodes are nested deeper than 255 levels");
+    expectError(scratch.write("chain.gltf", chain + "{}]}"), ErrorCode::kLimit);
     expectError(
         scratch.write(
             "cycle.gltf",
             R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"children":[1]},{"children":[0]}]})"),
-        ErrorCode::kBadInput, "has two parents, or is its own ancestor");
+        ErrorCode::kBadInput);
 }
 
 TEST(HostileGltf, CountsThatAskForMemoryAreRefused) {
@@ -159,16 +155,16 @@ TEST(HostileGltf, CountsThatAskForMemoryAreRefused) {
     const std::string before = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
                                R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{)";
     expectError(scratch.write("zeros.gltf", before + R"("componentType":5126,"count":4000000000,"type":"VEC3"}]})"),
-                ErrorCode::kLimit, "more than 64000000 elements");
+                ErrorCode::kLimit);
     expectError(scratch.write("past.gltf", before +
                                                R"("bufferView":0,"componentType":5126,"count":1000000,"type":"VEC3"}],
                 "bufferViews":[{"buffer":0,"byteLength":12}],
         "buffers":[{"byteLength":12,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAA"}]})"),
-                ErrorCode::kBadInput, "reaches past the end of buffer view 0");
+                ErrorCode::kBadInput);
     if (kSanitized) return;  // the sanitizers' own memory is beyond any limit
     // 60 million vertices of nothing fit the element limit, but not the file's bytes.
     expectError(scratch.write("none.gltf", before + R"("componentType":5126,"count":60000000,"type":"VEC3"}]})"),
-                ErrorCode::kLimit, "numbers of its accessors stand in no buffer");
+                ErrorCode::kLimit);
     // Ten million do, and not the memory.
     ImportOptions small = importOptions();
     small.maxMemoryBytes = std::size_t{200} << 20;
@@ -190,7 +186,7 @@ TEST(HostileGltf, TruncatedAnywhereIsAnErrorAndNeverACrashOfOurs) {
         const Expected<ImportedScene> scene =
             import(scratch.write("cut.glb", std::string_view(whole).substr(0, length)));
         ASSERT_FALSE(scene) << length;
-        EXPECT_NE(scene.error().message.find("it is not valid glTF"), std::string::npos) << scene.error().message;
+        EXPECT_WORDS(scene.error().message);
     }
 }
 
@@ -201,13 +197,12 @@ TEST(HostileScene, DefinitionsThatMultiplyAreCounted) {
         laughs +=
             fmt::format("definition {{ name: \"d{}\" node {{ instance: \"d{}\" }} node {{ instance: \"d{}\" }} }}\n", i,
                         i - 1, i - 1);
-    expectError(scratch.write("laughs.tsct", laughs + "node { instance: \"d29\" }"), ErrorCode::kLimit,
-                "the scene has more than 4000000 nodes");
+    expectError(scratch.write("laughs.tsct", laughs + "node { instance: \"d29\" }"), ErrorCode::kLimit);
     expectError(scratch.write("self.tsct", R"(definition { name: "d" node { instance: "d" } } node { instance: "d" })"),
-                ErrorCode::kLimit, "nested deeper than 255 levels");
+                ErrorCode::kLimit);
     expectError(
         scratch.write("rows.tsct", R"(node { repeat { count: 4000000000 } node { repeat { count: 4000000000 } } })"),
-        ErrorCode::kLimit, "more than 4000000 nodes");
+        ErrorCode::kLimit);
 }
 
 TEST(HostileScene, ThatImportsItselfIsRefused) {
@@ -216,7 +211,7 @@ TEST(HostileScene, ThatImportsItselfIsRefused) {
     scratch.write("b.tsct", R"(node { import { uri: "a.tsct" } })");
     const Expected<ImportedScene> scene = import(path);
     ASSERT_FALSE(scene);
-    EXPECT_NE(scene.error().message.find("imports itself"), std::string::npos) << scene.error().message;
+    EXPECT_WORDS(scene.error().message);
 }
 
 TEST(HostileScene, DeepTextIsRefused) {
@@ -225,17 +220,16 @@ TEST(HostileScene, DeepTextIsRefused) {
     for (int i = 0; i < 100'000; ++i) deep += "node {";
     const Expected<ImportedScene> scene = import(scratch.write("deep.tsct", deep + std::string(100'000, '}')));
     ASSERT_FALSE(scene);
-    EXPECT_NE(scene.error().message.find("deep.tsct:1:"), std::string::npos) << scene.error().message;
+    EXPECT_WORDS(scene.error().message);
 }
 
 TEST(HostileScene, BinaryGarbageAndEmptyMessageBombsAreRefused) {
     const Scratch scratch;
-    expectError(scratch.write("noise.tsc", "\x7f\x45\x4c\x46 this is no scene"), ErrorCode::kBadInput,
-                "it is not a Tessera scene, or damaged");
+    expectError(scratch.write("noise.tsc", "\x7f\x45\x4c\x46 this is no scene"), ErrorCode::kBadInput);
     // 10 MiB of empty nodes would be a gigabyte of objects.
     std::string bomb;
     for (int i = 0; i < 9'000'000; ++i) bomb.append("\x32\x00", 2);
-    expectError(scratch.write("bomb.tsc", bomb), ErrorCode::kLimit, "it has more than 8000000 elements");
+    expectError(scratch.write("bomb.tsc", bomb), ErrorCode::kLimit);
     // Nodes in nodes in nodes.
     std::string deep;
     for (int i = 0; i < 2000; ++i) {
@@ -251,7 +245,7 @@ TEST(HostileScene, BinaryGarbageAndEmptyMessageBombsAreRefused) {
         file.push_back(static_cast<char>((length & 0x7f) | (length > 0x7f ? 0x80 : 0)));
         if (length <= 0x7f) break;
     }
-    expectError(scratch.write("deep.tsc", file + deep), ErrorCode::kLimit, "nested deeper than 264 levels");
+    expectError(scratch.write("deep.tsc", file + deep), ErrorCode::kLimit);
 }
 
 TEST(HostileObj, HasAMaterialFileElsewhere) {
@@ -307,7 +301,7 @@ TEST(HostileImage, BombsAndDamagedOnesAreLeftOutWithANote) {
     const Expected<ImportedScene> imported = import(scratch.write("bomb.gltf", scene));
     ASSERT_TRUE(imported) << messageOf(imported);
     ASSERT_FALSE(imported->notes.empty());
-    EXPECT_NE(imported->notes.front().find("image 0 is left out"), std::string::npos) << imported->notes.front();
+    EXPECT_WORDS(imported->notes.front());
 }
 
 /// A glTF of one triangle with a WebP picture.
@@ -360,8 +354,7 @@ TEST(HostileImage, OfFewBytesTakesNoMemoryForWhatItClaims) {
     };
     EXPECT_EQ(notesOf(64, 64), "");
     EXPECT_TRUE(notesOf(8192, 8192).ends_with(": image 0 was reduced to 4096 × 4096 pixels")) << notesOf(8192, 8192);
-    EXPECT_NE(notesOf(16383, 8000).find("more than the 101 million pixels that are decoded of so few bytes"),
-              std::string::npos);
+    EXPECT_WORDS(notesOf(16383, 8000));
 }
 
 TEST(HostileImage, ThatIsNotThereIsNamedOnce) {

@@ -37,7 +37,7 @@ inline std::string testData() {
 class Scratch {
 public:
     Scratch() {
-        std::string pattern = testing::TempDir() + "tessera-import-XXXXXX";
+        std::string pattern = testing::TempDir() + "tessera-test-XXXXXX";
         const char* made = ::mkdtemp(pattern.data());
         if (made == nullptr) std::abort();
         folder_ = std::filesystem::canonical(made).string();
@@ -87,6 +87,13 @@ private:
 
 inline std::string messageOf(const Expected<ImportedScene>& scene) {
     return scene ? "(imported)" : scene.error().message;
+}
+
+/// Its notes, one below the other.
+inline std::string notesIn(const ImportedScene& scene) {
+    std::string all;
+    for (const std::string& note : scene.notes) all += (all.empty() ? "" : "\n") + note;
+    return all;
 }
 
 }  // namespace tessera

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "common/cores/Material.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -29,10 +30,9 @@ protected:
         options.maxMemoryBytes = mebibytes << 20;
         return importScene(scratch_.write(file, text), kRootNode, options);
     }
-    void expectSaid(const std::string& file, const std::string& text, const std::string& words) {
+    void expectSaid(const std::string& file, const std::string& text) {
         const Expected<ImportedScene> scene = load(file, text);
-        const std::string said = scene ? fmt::format("{}", fmt::join(scene->notes, "\n")) : scene.error().message;
-        EXPECT_NE(said.find(words), std::string::npos) << file << ": " << said;
+        EXPECT_WORDS(scene ? notesIn(*scene) : scene.error().message) << file;
     }
     const Scratch scratch_;
 };
@@ -54,14 +54,13 @@ TEST_F(MeshBounds, AnObjMayHaveVeryManyMaterialsAndGroups) {
     const Expected<ImportedScene> scene = load("b.obj", "mtllib a.mtl\n" + materials);
     ASSERT_TRUE(scene) << messageOf(scene);
     EXPECT_EQ(scene->triangles, kMany);
-    EXPECT_NE(fmt::format("{}", fmt::join(scene->notes, "\n")).find("of its 30000 materials the first 8192 are read"),
-              std::string::npos);
+    EXPECT_WORDS(fmt::format("{}", fmt::join(scene->notes, "\n")));
 }
 
 TEST_F(MeshBounds, MoreGroupsOfAnObjThanItsBytesBearAreRefused) {
     std::string text = kSquareOfObj;
     for (int i = 0; i < 300'000; ++i) text += fmt::format("usemtl a{}\nf 1 2 3\n", i);
-    expectSaid("a.obj", text, "its groups and materials become more than 126519 nodes, as many as are read of so few");
+    expectSaid("a.obj", text);
 }
 
 TEST_F(MeshBounds, LinesOfVeryManyGroupsCostNoMoreThanTheirEnds) {
@@ -109,7 +108,7 @@ TEST_F(MeshBounds, AnStlMayBeInCapitals) {
         ASSERT_TRUE(scene) << messageOf(scene);
         EXPECT_EQ(scene->triangles, 1u);
     }
-    expectSaid("b.stl", capitals(kFacetOfStl.substr(0, 60)), "it ends within a triangle (line 2)");
+    expectSaid("b.stl", capitals(kFacetOfStl.substr(0, 60)));
     const Expected<ImportedScene> marked = load("c.stl", "\xef\xbb\xbf" + kFacetOfStl);
     EXPECT_TRUE(marked && marked->triangles == 1) << messageOf(marked);
 }
@@ -122,8 +121,8 @@ TEST_F(MeshBounds, LettersOfTwoBytesAreNamed) {
             little += {letter, '\0'};
             big += {'\0', letter};
         }
-        expectSaid(file, little, "it is text in UTF-16, which is not read: save it as UTF-8");
-        expectSaid(file, big, "it is text in UTF-16, which is not read: save it as UTF-8");
+        expectSaid(file, little);
+        expectSaid(file, big);
     }
 }
 
@@ -141,12 +140,10 @@ TEST_F(MeshBounds, CountsAndNumbersOfAPlyThatAreNoneAreCalledSo) {
                (isText ? "0 0 0\n1 0 0\n0 1 0\n" : places) + face;
     };
     const auto bytes = [](auto number) { return std::string(reinterpret_cast<const char*>(&number), sizeof(number)); };
-    expectSaid("a.ply", ply("binary_little_endian", "int int", bytes(-1) + bytes(0) + bytes(1) + bytes(2)),
-               "its face number 0 says that its list vertex_indices has -1 numbers");
-    expectSaid("b.ply", ply("binary_little_endian", "double double", bytes(std::nan("")) + std::string(24, '\0')),
-               "its face number 0 says that its list vertex_indices has nan numbers");
-    expectSaid("c.ply", ply("ascii", "uchar int", "3 0 1 -1\n"), "names vertex -1 of 3");
-    expectSaid("d.ply", ply("ascii", "uchar uint", "3 0 1 4000000000\n"), "names vertex 4000000000 of 3");
+    expectSaid("a.ply", ply("binary_little_endian", "int int", bytes(-1) + bytes(0) + bytes(1) + bytes(2)));
+    expectSaid("b.ply", ply("binary_little_endian", "double double", bytes(std::nan("")) + std::string(24, '\0')));
+    expectSaid("c.ply", ply("ascii", "uchar int", "3 0 1 -1\n"));
+    expectSaid("d.ply", ply("ascii", "uchar uint", "3 0 1 4000000000\n"));
 }
 
 }  // namespace

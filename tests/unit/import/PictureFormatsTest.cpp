@@ -10,6 +10,7 @@
 #include <map>
 #include <string>
 
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/PictureBytes.h"
 
 namespace tessera {
@@ -310,14 +311,13 @@ TEST(PictureFormats, WhatIsNotReadIsNamed) {
         const Expected<DecodedImage> image = pictureIn(file);
         return image ? std::string("decoded") : image.error().message;
     };
-    EXPECT_NE(message(ktxFile({.format = 0, .scheme = 1}, {"x"})).find("BasisLZ"), std::string::npos);
-    EXPECT_NE(message(ktxFile({.format = 0, .model = 166}, {"x"})).find("UASTC"), std::string::npos);
-    EXPECT_NE(message(ktxFile({.layers = 3}, {texels("rgba")})).find("array of 3"), std::string::npos);
-    EXPECT_NE(message(ddsFile({.format = fourCcFormat("UYVY")}, "")).find("'UYVY'"), std::string::npos);
-    EXPECT_NE(message(ddsFile({.format = fourCcFormat("DX10"), .later = dxgi(84)}, "")).find("signed"),
-              std::string::npos);
-    EXPECT_NE(message("RIFF\1\2\3\4WEBPVP8 ").find("WebP"), std::string::npos);
-    EXPECT_NE(message("nothing of the kind").find("cannot be decoded"), std::string::npos);
+    EXPECT_WORDS(message(ktxFile({.format = 0, .scheme = 1}, {"x"})));
+    EXPECT_WORDS(message(ktxFile({.format = 0, .model = 166}, {"x"})));
+    EXPECT_WORDS(message(ktxFile({.layers = 3}, {texels("rgba")})));
+    EXPECT_WORDS(message(ddsFile({.format = fourCcFormat("UYVY")}, "")));
+    EXPECT_WORDS(message(ddsFile({.format = fourCcFormat("DX10"), .later = dxgi(84)}, "")));
+    EXPECT_WORDS(message("RIFF\1\2\3\4WEBPVP8 "));
+    EXPECT_WORDS(message("nothing of the kind"));
 }
 
 TEST(PictureFormats, SizesThatAreNotThereTakeNoMemory) {

@@ -5,6 +5,7 @@
 
 #include "common/cores/Geometry.h"
 #include "common/geometry/Mesh.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/ImportFixture.h"
 
@@ -166,10 +167,7 @@ TEST(ScanFile, OfTooManyPointsIsRefusedByName) {
     const Expected<ImportedScene> scene = imported("scan.ply", file);
     ASSERT_FALSE(scene);
     EXPECT_EQ(scene.error().code, ErrorCode::kLimit);
-    EXPECT_NE(
-        scene.error().message.find("scan.ply: node 'part': mesh 'mesh 0': 8000001 points, at most 8000000 are allowed"),
-        std::string::npos)
-        << scene.error().message;
+    EXPECT_WORDS(scene.error().message);
 }
 
 TEST(SceneTextPoints, AreListedOrOnASurfaceOrAMesh) {
@@ -209,8 +207,7 @@ TEST(Glyphs, AMillionOfThemAreNoSurfaceOfMillionsOfTriangles) {
     EXPECT_EQ(million->triangles, 12'000'000u);
     const Expected<ImportedScene> more = read(",0,1,2");
     ASSERT_FALSE(more);
-    EXPECT_NE(more.error().message.find("1000001 glyphs, at most 1000000 are allowed"), std::string::npos)
-        << more.error().message;
+    EXPECT_WORDS(more.error().message);
 }
 
 }  // namespace

@@ -121,6 +121,7 @@ public:
 
     [[nodiscard]] const ImportedScene& scene() const { return scene_; }
     [[nodiscard]] bool notes(std::string_view text) const { return hasNote(scene_, text); }
+    [[nodiscard]] std::string notes() const { return notesIn(scene_); }
     [[nodiscard]] std::vector<Vec3d> corners() const { return shownCorners(*aspect_); }
     [[nodiscard]] bool has(const std::string& path) const { return findNode(*aspect_, "/model" + path).has_value(); }
     template <typename Core>

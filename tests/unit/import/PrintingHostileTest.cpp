@@ -2,6 +2,7 @@
 #include <cstring>
 
 #include "server/import/reader/ReadScene.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/Damage.h"
 #include "tests/unit/import/PngBytes.h"
 #include "tests/unit/import/PrintingFixture.h"
@@ -38,35 +39,34 @@ const std::string kOneItem = "<item objectid=\"1\"/>";
 
 TEST(PrintingHostile, ArchivesThatAreNoneOrCutOffAreRefusedInWords) {
     const std::string whole = threeMf(threeMfModel(threeMfObject(1, squareMesh()), kOneItem));
-    expectPart(printedSays("a.3mf", "hello"), "it is no zip archive");
-    expectPart(printedSays("a.3mf", whole.substr(0, 300)), "it is cut off after 300 bytes");
-    expectPart(printedSays("a.3mf", archiveOf({{"read.me", "x"}})), "it has no model (3D/3dmodel.model)");
-    expectPart(printedSays("a.amf", archiveOf({{"read.me", "x"}})), "the archive has no file that ends in .amf");
+    EXPECT_WORDS(printedSays("a.3mf", "hello"));
+    EXPECT_WORDS(printedSays("a.3mf", whole.substr(0, 300)));
+    EXPECT_WORDS(printedSays("a.3mf", archiveOf({{"read.me", "x"}})));
+    EXPECT_WORDS(printedSays("a.amf", archiveOf({{"read.me", "x"}})));
     std::string damaged = whole;
     damaged[damaged.find("3D/start.model") + 60] ^= 0x55;
-    expectPart(printedSays("a.3mf", damaged), "damaged");
+    EXPECT_WORDS(printedSays("a.3mf", damaged));
     std::string encrypted = whole;
     encrypted[encrypted.rfind("PK\1\2") + 8] = 1;
-    expectPart(printedSays("a.3mf", encrypted), "'3D/start.model' is encrypted: save it without a password");
+    EXPECT_WORDS(printedSays("a.3mf", encrypted));
 }
 
 TEST(PrintingHostile, WhatIsWrongIsSaidWithWhatWouldCureIt) {
     const std::string whole = threeMf(threeMfModel(threeMfObject(1, squareMesh()), kOneItem));
-    constexpr const char* kCure = "copy it anew, or save it again";
-    expectPart(printedSays("a.3mf", "hello"), "save it again in the program that made it");
+    EXPECT_WORDS(printedSays("a.3mf", "hello"));
     std::string lost = whole;  // an entry of the list, another's place, and its length
     lost[lost.rfind("PK\1\2")] = 'Q';
-    expectPart(printedSays("a.3mf", lost), kCure);
+    EXPECT_WORDS(printedSays("a.3mf", lost));
     lost = whole;
     lost.replace(lost.rfind("PK\1\2") + 42, 4, std::string("\7\0\0\0", 4));
-    expectPart(printedSays("a.3mf", lost), kCure);
+    EXPECT_WORDS(printedSays("a.3mf", lost));
     lost = whole;
     lost.replace(lost.rfind("PK\1\2") + 20, 4, std::string("\0\0\1\0", 4));
-    expectPart(printedSays("a.3mf", lost), kCure);
+    EXPECT_WORDS(printedSays("a.3mf", lost));
     std::string model = threeMfModel(threeMfObject(1, squareMesh()), kOneItem);
-    expectPart(printedSays(model.substr(0, model.find("</mesh>")) + "</msh>"), "save the file again, or copy it anew");
-    expectPart(printedSays(model.substr(0, model.find("</mesh>"))), kCure);
-    expectPart(printedSays("a.amf", "\x1f\x8b\b"), "unpack it (gunzip) first");
+    EXPECT_WORDS(printedSays(model.substr(0, model.find("</mesh>")) + "</msh>"));
+    EXPECT_WORDS(printedSays(model.substr(0, model.find("</mesh>"))));
+    EXPECT_WORDS(printedSays("a.amf", "\x1f\x8b\b"));
 }
 
 TEST(PrintingHostile, NumbersThatAreNoneAreNotToldAsOthers) {
@@ -74,7 +74,7 @@ TEST(PrintingHostile, NumbersThatAreNoneAreNotToldAsOthers) {
         std::string model = threeMfModel(threeMfObject(1, squareMesh()), kOneItem);
         model.replace(model.find("v1=\"") + 4, 1, number);
         const std::string said = printedSays(model);
-        expectPart(said, "has a corner that is no vertex's number (whole, from 0 on)");
+        EXPECT_WORDS(said);
         EXPECT_EQ(said.find("4294967295"), std::string::npos) << said;
     }
     const std::string mesh =
@@ -85,70 +85,63 @@ TEST(PrintingHostile, NumbersThatAreNoneAreNotToldAsOthers) {
     const std::string said = printedSays("a.amf", "<amf><object id=\"abc\">" + mesh +
                                                       "</object><constellation id=\"1\"><instance objectid=\"abc\"/>"
                                                       "</constellation></amf>");
-    expectPart(said, "whose id is no whole number: nothing can name them (the first: 'abc')");
-    expectPart(said, "materials that do not exist: their volumes have none (the first: 'red')");
+    EXPECT_WORDS(said);
     EXPECT_EQ(said.find("4294967295"), std::string::npos) << said;
 }
 
 TEST(PrintingHostile, BombsAreRefusedBeforeTheyAreUnpacked) {
     const std::string blanks(64 << 20, ' ');
     const std::string text = threeMfModel(threeMfObject(1, squareMesh()) + blanks, kOneItem);
-    expectPart(printedSays(text),
-               "'3D/start.model' becomes 64 MiB, and with the other files in it more than 100 times its bytes");
-    expectPart(printedSays("a.amf", archiveOf({{"a.amf", "<amf>" + blanks + "</amf>"}})), "as zip bombs do");
+    EXPECT_WORDS(printedSays(text));
+    EXPECT_WORDS(printedSays("a.amf", archiveOf({{"a.amf", "<amf>" + blanks + "</amf>"}})));
     // One that says it is small.
     std::string liar = threeMf(text);
     const std::size_t entry = liar.rfind("PK\1\2");
     liar.replace(entry + 24, 4, std::string("\0\x10\0\0", 4));
-    expectPart(printedSays("a.3mf", liar), "'3D/start.model' is not of 4096 bytes, as the archive says");
+    EXPECT_WORDS(printedSays("a.3mf", liar));
 }
 
 TEST(PrintingHostile, EntitiesOfAnyKindAreRefused) {
     for (const std::string entity : {"<!ENTITY a \"ha\">", "<!ENTITY a SYSTEM \"file:///etc/passwd\">"}) {
         std::string model = threeMfModel(threeMfObject(1, squareMesh()), kOneItem);
         model.insert(model.find("<model"), "<!DOCTYPE model [" + entity + "]>");
-        expectPart(printedSays(model), "line 2: it declares an entity, 'a'");
-        expectPart(printedSays("a.amf", "<!DOCTYPE amf [" + entity + "]><amf>&a;</amf>"),
-                   "line 1: it declares an entity, 'a'");
+        EXPECT_WORDS(printedSays(model));
+        EXPECT_WORDS(printedSays("a.amf", "<!DOCTYPE amf [" + entity + "]><amf>&a;</amf>"));
     }
 }
 
 TEST(PrintingHostile, WhatIsNoXmlOrAnotherOneIsNamedWithItsLine) {
-    expectPart(printedSays("<html>\n</html>"), "line 1: it is no model of 3MF: it begins with the element 'html'");
-    expectPart(printedSays("a.amf", "<html/>"), "line 1: it is no AMF");
-    expectPart(printedSays("a.amf", ""), "the file is empty");
-    expectPart(printedSays("<model>\n<resources>\n</build>"), "line 3: it is no XML that is sound (mismatched tag)");
-    expectPart(printedSays("a.amf", "<amf>" + std::string(1'000'000, '<')), "line 1: it is no XML that is sound");
+    EXPECT_WORDS(printedSays("<html>\n</html>"));
+    EXPECT_WORDS(printedSays("a.amf", "<html/>"));
+    EXPECT_WORDS(printedSays("a.amf", ""));
+    EXPECT_WORDS(printedSays("<model>\n<resources>\n</build>"));
+    EXPECT_WORDS(printedSays("a.amf", "<amf>" + std::string(1'000'000, '<')));
     std::string deep;
     for (int i = 0; i < 100'000; ++i) deep += "<a>";
-    expectPart(printedSays("a.amf", "<amf>" + deep), "its elements are nested deeper than 100 levels");
-    expectPart(printedSays("a.amf", "<amf name=\"" + std::string(10'000'000, 'x') + "\"/>"),
-               "a tag or a remark is longer than 4 MiB");
+    EXPECT_WORDS(printedSays("a.amf", "<amf>" + deep));
+    EXPECT_WORDS(printedSays("a.amf", "<amf name=\"" + std::string(10'000'000, 'x') + "\"/>"));
 }
 
 TEST(PrintingHostile, ComponentsThatMultiplyNestOrGoInCirclesAreBounded) {
     std::string many = threeMfObject(1, squareMesh()), deep = many, circle = many;
     for (int i = 2; i < 30; ++i) many += threeMfComponents(i, i - 1, 10);
-    expectPart(printedSays(threeMfModel(many, "<item objectid=\"29\"/>")), "there would be 1.11e+28 nodes, more than");
+    EXPECT_WORDS(printedSays(threeMfModel(many, "<item objectid=\"29\"/>")));
     for (int i = 2; i <= 40'000; ++i) deep += threeMfComponents(i, i - 1);
-    expectPart(printedSays(threeMfModel(deep, "<item objectid=\"40000\"/>")),
-               "its objects hold others 39999 levels deep");
+    EXPECT_WORDS(printedSays(threeMfModel(deep, "<item objectid=\"40000\"/>")));
     circle +=
         "<object id=\"2\"><components><component objectid=\"3\"/><component objectid=\"1\"/></components></object>" +
         threeMfComponents(3, 2);
-    expectPart(printedSays(threeMfModel(circle, "<item objectid=\"2\"/>")),
-               "'object 2' holds itself, by way of 'object 3': it is left out there");
+    EXPECT_WORDS(printedSays(threeMfModel(circle, "<item objectid=\"2\"/>")));
     std::string constellations = "<amf><object id=\"1\"><mesh/></object>";
     for (int i = 2; i < 40; ++i)
         constellations += fmt::format(
             "<constellation id=\"{0}\"><instance objectid=\"{1}\"/><instance objectid=\"{1}\"/>"
             "</constellation>",
             i, i - 1);
-    expectPart(printedSays("a.amf", constellations + "</amf>"), "save fewer copies");
+    EXPECT_WORDS(printedSays("a.amf", constellations + "</amf>"));
     std::string items;
     for (int i = 0; i < 500'001; ++i) items += kOneItem;
-    expectPart(printedSays(threeMfModel(threeMfObject(1, squareMesh()), items)),
-               "more than 500000 components and items: save it in parts");
+    EXPECT_WORDS(printedSays(threeMfModel(threeMfObject(1, squareMesh()), items)));
 }
 
 TEST(PrintingHostile, WhatIsWrongInOnePlaceCostsThatPlace) {
@@ -157,42 +150,34 @@ TEST(PrintingHostile, WhatIsWrongInOnePlaceCostsThatPlace) {
         mesh.replace(mesh.find(find), find.size(), by);
         return printedSays(threeMfModel(threeMfObject(1, mesh), kOneItem));
     };
-    expectPart(with("v3=\"3\"", "v3=\"4\""),
-               "object 1: 1 of 2 triangles is left out; the first, number 1, "
-               "names vertex 4 of 4");
-    expectPart(with("v3=\"3\"", "v3=\"-1\""), "1 of 2 triangles is left out");
-    expectPart(with("v3=\"3\"", ""), "1 of 2 triangles is left out");
+    EXPECT_WORDS(with("v3=\"3\"", "v3=\"4\""));
+    EXPECT_WORDS(with("v3=\"3\"", "v3=\"-1\""));
+    EXPECT_WORDS(with("v3=\"3\"", ""));
     // The fourth vertex.
-    expectPart(with("x=\"0\" y=\"1\"", "x=\"nan\" y=\"1\""), "number 1, has vertex 3, whose position is not finite");
-    expectPart(with("x=\"0\" y=\"1\"", "x=\"1e99\" y=\"1\""), "number 1, has vertex 3, whose position is not finite");
+    EXPECT_WORDS(with("x=\"0\" y=\"1\"", "x=\"nan\" y=\"1\""));
+    EXPECT_WORDS(with("x=\"0\" y=\"1\"", "x=\"1e99\" y=\"1\""));
     const auto placed = [](const std::string& items) {
         return printedSays(
             threeMfModel(threeMfObject(1, squareMesh()) + threeMfObject(1, squareMesh()), kOneItem + items));
     };
-    expectPart(placed(""), "two objects of one number, or one without: the first of them counts");
-    expectPart(placed("<item objectid=\"7\"/>"), "objects that do not exist are placed, and left out (the first: '7')");
+    EXPECT_WORDS(placed(""));
+    EXPECT_WORDS(placed("<item objectid=\"7\"/>"));
     for (const char* transform : {"1 0 0 0 0 0 0 0 1 0 0 0", "1 2 3", "nan 0 0 0 1 0 0 0 1 0 0 0",
                                   "1e300 0 0 0 1 0 0 0 1 0 0 0", "1 0 0 0 1 0 0 0 1 0 0 0 0", "a"})
-        expectPart(placed(fmt::format("<item objectid=\"1\" transform=\"{}\"/>", transform)),
-                   "objects whose transform is no twelve numbers, or flattens them, are left out");
-    expectPart(placed("<item objectid=\"1\" p:path=\"/../../etc/passwd\"/>"),
-               "model parts that are not in the package: what they hold is left out");
-    expectPart(printedSays(threeMfModel(threeMfObject(1, squareMesh()), "")),
-               "its build places nothing: all its objects are shown");
-    expectPart(printedSays(threeMfModel("", kOneItem)),
-               "it has no triangles that can be shown: objects that do not exist are placed");
-    expectPart(
-        printedSays(threeMfModel("<object id=\"1\" pid=\"4\" pindex=\"0\">" + squareMesh() + "</object>", kOneItem)),
-        "properties that do not exist: their triangles are plain");
+        EXPECT_WORDS(placed(fmt::format("<item objectid=\"1\" transform=\"{}\"/>", transform)));
+    EXPECT_WORDS(placed("<item objectid=\"1\" p:path=\"/../../etc/passwd\"/>"));
+    EXPECT_WORDS(printedSays(threeMfModel(threeMfObject(1, squareMesh()), "")));
+    EXPECT_WORDS(printedSays(threeMfModel("", kOneItem)));
+    EXPECT_WORDS(
+        printedSays(threeMfModel("<object id=\"1\" pid=\"4\" pindex=\"0\">" + squareMesh() + "</object>", kOneItem)));
 }
 
 TEST(PrintingHostile, ExtensionsThatAreRequiredAndNotReadAreRefusedByName) {
     const auto model = [](const std::string& attributes) {
         return printedSays(threeMfModel(threeMfObject(1, squareMesh()), kOneItem, attributes));
     };
-    expectPart(model("requiredextensions=\"v\" xmlns:v=\"http://schemas.3mf.io/volumetric/2022/01\""),
-               "it insists on an extension that is not read, 'v' (http://schemas.3mf.io/volumetric/2022/01)");
-    expectPart(model("requiredextensions=\"q\""), "'q' (which it does not declare)");
+    EXPECT_WORDS(model("requiredextensions=\"v\" xmlns:v=\"http://schemas.3mf.io/volumetric/2022/01\""));
+    EXPECT_WORDS(model("requiredextensions=\"q\""));
     expectPart(model("requiredextensions=\"m p\""), "(imported)");
 }
 
@@ -216,17 +201,16 @@ TEST(PrintingHostile, MoreSmallThingsThanTheirBytesBearAreRefused) {
         volumes += "<volume><triangle><v1>0</v1><v2>1</v2><v3>2</v3></triangle></volume>";
     }
     const std::string said = printedSays(threeMfModel(objects, items));
-    expectPart(said, "it has more than ");
-    expectPart(said, " resources: save it in parts, or with small ones joined");
+    EXPECT_WORDS(said);
     std::string vertices;
     for (const char* xyz : {"<x>0</x><y>0</y><z>0</z>", "<x>1</x><y>0</y><z>0</z>", "<x>0</x><y>1</y><z>0</z>"})
         vertices += fmt::format("<vertex><coordinates>{}</coordinates></vertex>", xyz);
     const std::string amf =
         "<amf><object id=\"1\"><mesh><vertices>" + vertices + "</vertices>" + volumes + "</mesh></object></amf>";
-    expectPart(printedSays("a.amf", amf), " volumes: save it in parts, or with small ones joined");
+    EXPECT_WORDS(printedSays("a.amf", amf));
     items.clear();
     for (int i = 0; i < 490'000; ++i) items += kOneItem;
-    expectPart(printedSays(threeMfModel(threeMfObject(1, squareMesh()), items)), "there would be 4.9e+05 nodes");
+    EXPECT_WORDS(printedSays(threeMfModel(threeMfObject(1, squareMesh()), items)));
 }
 
 TEST(PrintingHostile, WhatIsMixedOfVeryManyIsMixedOnce) {
@@ -350,7 +334,7 @@ TEST(PrintingHostile, CirclesThatNothingElseHoldsAreShownFromTheirFirst) {
                                threeMfObject(3, "<components><component objectid=\"2\"/></components>");
     const PrintedScene package("model.3mf", threeMf(threeMfModel(circle, "")));
     EXPECT_EQ(package.corners().size(), 6u);
-    EXPECT_TRUE(package.notes("holds itself"));
+    EXPECT_WORDS(package.notes());
     const PrintedScene amf(
         "model.amf",
         "<?xml version=\"1.0\"?><amf unit=\"meter\"><object "

@@ -5,6 +5,7 @@
 #include "common/cores/SurfaceParts.h"
 #include "common/scenefile/SceneFile.h"
 #include "tests/support/SceneStructure.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/Picture.h"
 
 namespace tessera {
@@ -72,23 +73,23 @@ TEST(ProgramText, SavedAndReadBackIsTheSame) {
 }
 
 TEST(ProgramText, WhatIsWrongIsSaid) {
-    const std::pair<std::string, const char*> wrong[] = {
-        {"pass: \"none\"", "there is no material 'none'"},
-        {"coarser: \"none\"", "there is no material 'none'"},
-        {"pass: \"m\" pass: \"m\" pass: \"m\" pass: \"m\" pass: \"m\"", "5 passes, and 4 may be"},
-        {"pass: \"m\"", "it is among its own passes"},
-        {"line_width: nan", "material 'm': lineWidth is not a finite number"},
-        {"fill: DOTS", "scene.tsct:1:"},
-        {"program { reach: -1 }", "material 'm': "},
-        {"uniform { name: \"x\" value: [1, 2, 3, 4, 5] }", "more than four numbers"},
-        {"uniform { name: \"x\" value: nan }", "'x' is not a number"},
-        {"uniform { name: \"x\" image: \"none\" }", "there is no image 'none'"},
+    const char* const wrong[] = {
+        "pass: \"none\"",
+        "coarser: \"none\"",
+        "pass: \"m\" pass: \"m\" pass: \"m\" pass: \"m\" pass: \"m\"",
+        "pass: \"m\"",
+        "line_width: nan",
+        "fill: DOTS",
+        "program { reach: -1 }",
+        "uniform { name: \"x\" value: [1, 2, 3, 4, 5] }",
+        "uniform { name: \"x\" value: nan }",
+        "uniform { name: \"x\" image: \"none\" }",
     };
-    for (const auto& [text, message] : wrong) {
+    for (const std::string text : wrong) {
         const Expected<ImportedScene> scene = importProgrammed(
             "material { name: \"m\" " + text + " }\nnode { material: \"m\" box { size { x: 1 y: 1 z: 1 } } }");
         ASSERT_FALSE(scene) << text;
-        EXPECT_NE(scene.error().message.find(message), std::string::npos) << scene.error().message;
+        EXPECT_WORDS(scene.error().message);
     }
     // As long as the list of materials is, and no stack: named in words.
     std::string chain;
@@ -97,7 +98,7 @@ TEST(ProgramText, WhatIsWrongIsSaid) {
     const Expected<ImportedScene> scene = importProgrammed(
         chain + "material { name: \"m100\" }\nnode { material: \"m0\" box { size { x: 1 y: 1 z: 1 } } }");
     ASSERT_FALSE(scene);
-    EXPECT_NE(scene.error().message.find("64 times in a row"), std::string::npos) << scene.error().message;
+    EXPECT_WORDS(scene.error().message);
 }
 
 }  // namespace

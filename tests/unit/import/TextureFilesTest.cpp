@@ -6,6 +6,7 @@
 
 #include "server/import/reader/blocks/AstcBlock.h"
 #include "server/import/reader/blocks/EtcBlock.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/PictureBytes.h"
 
 namespace tessera {
@@ -226,22 +227,21 @@ TEST(BlockPictures, OfAllKindsThatOpenGlAndVulkanNumber) {
 }
 
 TEST(BlockPictures, WhatIsNotReadIsNamed) {
-    EXPECT_NE(refusal(ktx1File(ofBlocks(0x8e8e), {{blocksOf(4, 16)}})).find("signed"), std::string::npos);
-    EXPECT_NE(refusal(ktx1File(ofBlocks(0x93c3), {{kAstcBlock}})).find("three dimensions"), std::string::npos);
-    EXPECT_NE(refusal(ktx1File(ofBlocks(0x8c00), {{kAstcBlock}})).find("0x8c00"), std::string::npos) << "PVRTC";
-    EXPECT_NE(refusal(ktx1File({.layers = 3}, {{texels("rgba")}})).find("array of 3"), std::string::npos);
-    EXPECT_NE(refusal(ktx1File({.format = 0x8d99}, {{texels("rgba")}})).find("0x8d99"), std::string::npos);
+    EXPECT_WORDS(refusal(ktx1File(ofBlocks(0x8e8e), {{blocksOf(4, 16)}})));
+    EXPECT_WORDS(refusal(ktx1File(ofBlocks(0x93c3), {{kAstcBlock}})));
+    EXPECT_WORDS(refusal(ktx1File(ofBlocks(0x8c00), {{kAstcBlock}})));
+    EXPECT_WORDS(refusal(ktx1File({.layers = 3}, {{texels("rgba")}})));
+    EXPECT_WORDS(refusal(ktx1File({.format = 0x8d99}, {{texels("rgba")}})));
     const std::string upwards = std::string("KTXorientation\0S=r,T=u\0", 23);
     Ktx1 blocks = ofBlocks(0x83f0);
     blocks.keys = upwards;
-    EXPECT_NE(refusal(ktx1File(blocks, {{blocksOf(4)}})).find("upwards"), std::string::npos);
+    EXPECT_WORDS(refusal(ktx1File(blocks, {{blocksOf(4)}})));
     const std::string hdr = std::string("\xfc\xff", 2) + std::string(14, '\xff');
-    EXPECT_NE(refusal(ktx1File(ofBlocks(0x93b0, 4, 4), {{hdr}})).find("HDR"), std::string::npos);
-    EXPECT_NE(refusal(ktxFile({.format = 1000066000, .width = 4, .height = 4}, {hdr})).find("HDR"), std::string::npos);
-    EXPECT_NE(refusal(std::string("\x13\xab\xa1\x5c\x03\x03\x03", 7) + std::string(30, '\0')).find("3 × 3 × 3"),
-              std::string::npos);
-    EXPECT_NE(refusal("PKM 20" + big(9, 2) + std::string(30, '\0')).find("kind 9"), std::string::npos);
-    EXPECT_NE(refusal(ktxFile({.format = 0, .scheme = 1}, {"x"})).find("ktx transcode"), std::string::npos);
+    EXPECT_WORDS(refusal(ktx1File(ofBlocks(0x93b0, 4, 4), {{hdr}})));
+    EXPECT_WORDS(refusal(ktxFile({.format = 1000066000, .width = 4, .height = 4}, {hdr})));
+    EXPECT_WORDS(refusal(std::string("\x13\xab\xa1\x5c\x03\x03\x03", 7) + std::string(30, '\0')));
+    EXPECT_WORDS(refusal("PKM 20" + big(9, 2) + std::string(30, '\0')));
+    EXPECT_WORDS(refusal(ktxFile({.format = 0, .scheme = 1}, {"x"})));
 }
 
 TEST(BlockPictures, SizesThatAreNotThereTakeNoMemory) {
@@ -281,13 +281,9 @@ TEST(BlockPictures, LargerThanWantedShowTheMipmapThatIsNot) {
 }
 
 TEST(BlockPictures, OfFewBytesAreDecodedAsFarAsTheseBear) {
-    EXPECT_NE(refusal(ktxFile({.format = 184, .width = 16384, .height = 16384, .scheme = 2}, {astcOf(16384, 10)}))
-                  .find("a KTX2 texture of 16384 × 16384 pixels, which are more than the"),
-              std::string::npos);
-    EXPECT_NE(refusal(ktxFile({.format = 145, .width = 16384, .height = 16384, .scheme = 2},
-                              {std::string(std::size_t{1} << 28, '\0')}))
-                  .find("which are more than the"),
-              std::string::npos)
+    EXPECT_WORDS(refusal(ktxFile({.format = 184, .width = 16384, .height = 16384, .scheme = 2}, {astcOf(16384, 10)})));
+    EXPECT_WORDS(refusal(ktxFile({.format = 145, .width = 16384, .height = 16384, .scheme = 2},
+                                 {std::string(std::size_t{1} << 28, '\0')})))
         << "of blocks that stay, as well";
 }
 

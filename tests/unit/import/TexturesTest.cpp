@@ -9,6 +9,7 @@
 #include "common/cores/Image.h"
 #include "common/cores/Material.h"
 #include "common/cores/SurfaceParts.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/GltfText.h"
 #include "tests/unit/import/Picture.h"
 
@@ -41,12 +42,7 @@ TEST(FoundTextures, ByTheirLastPartInAnyCaseBelowTheModelsFolder) {
     for (const char* name : {"C:\\maps\\wood.png", "..\\..\\maps\\WOOD.png", "wood.PNG", "/home/somebody/wood.png",
                              "textures\\wood.png"}) {
         EXPECT_EQ(shownBy(scratch, name, &notes), 7) << name;
-        EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
-                                [](const std::string& note) {
-                                    return note.find("was found as 'textures/Wood.PNG'") != std::string::npos;
-                                }),
-                  1)
-            << name;
+        EXPECT_WORDS(fmt::format("{}", fmt::join(notes, "\n"))) << name;
     }
     EXPECT_EQ(shownBy(scratch, "textures/Wood.PNG", &notes), 7);
     EXPECT_TRUE(notes.empty()) << "it stands where the file says";
@@ -114,7 +110,7 @@ TEST(GltfTextures, OfWhatIsNotReadTheOtherImageIsShown) {
     Expected<ImportedScene> scene =
         texturedGltf(scratch, R"({"source":0,"extensions":{"KHR_texture_basisu":{"source":1}}})", required);
     ASSERT_TRUE(scene) << messageOf(scene);
-    EXPECT_TRUE(hasNote(*scene, "image 1 is left out: a KTX2 texture of BasisLZ, which is not read"));
+    EXPECT_WORDS(notesIn(*scene));
     {
         const ImportedAspect aspect(std::move(*scene));
         ASSERT_EQ(allOf<Image>(aspect).size(), 1u);
@@ -122,11 +118,7 @@ TEST(GltfTextures, OfWhatIsNotReadTheOtherImageIsShown) {
     }
     scene = texturedGltf(scratch, R"({"extensions":{"KHR_texture_basisu":{"source":1}}})", required);
     ASSERT_TRUE(scene) << messageOf(scene) << ": the rest is there all the same";
-    EXPECT_TRUE(hasNote(*scene,
-                        "image 1 'b.ktx2' is left out: a KTX2 texture of BasisLZ, which is not read: `ktx transcode` "
-                        "makes one of BC7 or ASTC of it; its texture (KHR_texture_basisu) names no other image: "
-                        "export the model with PNG, JPEG or WebP pictures"))
-        << scene->notes.front();
+    EXPECT_WORDS(notesIn(*scene));
     const ImportedAspect aspect(std::move(*scene));
     EXPECT_TRUE(allOf<Image>(aspect).empty());
     EXPECT_EQ(allOf<Geometry>(aspect).size(), 1u);
@@ -230,19 +222,15 @@ node { movie { image: "screen" file: "film.avi" } })");
 TEST(SceneTextures, OutsideOfTheScenesFolderAreRefused) {
     const Scratch scratch;
     const std::string refusal = messageOf(withImage(scratch, "uri: \"../../etc/passwd\""));
-    EXPECT_NE(refusal.find("scene.tsct:1:1: "), std::string::npos) << refusal;
-    EXPECT_NE(refusal.find("leads out of the file's own folder"), std::string::npos) << refusal;
+    EXPECT_WORDS(refusal);
 }
 
 TEST(ImageShapes, WhatTheTextMayNotSayIsRefusedInWords) {
     const Scratch scratch;
     scratch.write("one.tga", ofValue(1));
     const auto refusal = [&](const std::string& said) { return messageOf(withImage(scratch, said)); };
-    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga"])").find("scene.tsct:1:1: an image has a uri or six faces"),
-              std::string::npos);
-    EXPECT_NE(refusal(R"(face: ["one.tga", "one.tga", "../one.tga", "one.tga", "one.tga", "one.tga"])")
-                  .find("'../one.tga' leads out of"),
-              std::string::npos);
+    EXPECT_WORDS(refusal(R"(face: ["one.tga", "one.tga"])"));
+    EXPECT_WORDS(refusal(R"(face: ["one.tga", "one.tga", "../one.tga", "one.tga", "one.tga", "one.tga"])"));
 }
 
 TEST(ImageShapes, APictureOfAnotherShapeCostsItselfAlone) {
@@ -251,17 +239,14 @@ TEST(ImageShapes, APictureOfAnotherShapeCostsItselfAlone) {
     scratch.write("two.tga", pictureOf({{1, 2, 3, 4}, {5, 6, 7, 8}}));
     const std::string uses[] = {"node { environment { image: \"i\" } }",
                                 "material { name: \"m\" base_color_image: \"i\" }\n"};
-    const std::pair<const char*, const char*> wrong[] = {
-        {R"(face: ["one.tga", "one.tga", "two.tga", "one.tga", "one.tga", "one.tga"])",
-         "'two.tga' is not of the size and kind of 'one.tga'"},
-        {R"(face: ["two.tga", "two.tga", "two.tga", "two.tga", "two.tga", "two.tga"])",
-         "a CUBE is of squares, not of 2 × 1 pixels"},
-        {R"(uri: "two.tga" shape: CUBE)", "2 × 1 pixels are not 6 pictures below each other"},
-        {R"(uri: "two.tga" shape: SOLID depth_px: 2)", "2 × 1 pixels are not 2 pictures below each other"},
-        {"", "it names no file"},
-        {"shape: CUBE", "it names no file"}};
+    const char* const wrong[] = {R"(face: ["one.tga", "one.tga", "two.tga", "one.tga", "one.tga", "one.tga"])",
+                                 R"(face: ["two.tga", "two.tga", "two.tga", "two.tga", "two.tga", "two.tga"])",
+                                 R"(uri: "two.tga" shape: CUBE)",
+                                 R"(uri: "two.tga" shape: SOLID depth_px: 2)",
+                                 "",
+                                 "shape: CUBE"};
     for (const std::string& use : uses)
-        for (const auto& [said, why] : wrong) {
+        for (const char* const said : wrong) {
             const std::string path = scratch.write(
                 "scene.tsct", "\n image { name: \"i\" " + std::string(said) + " }\n" + use +
                                   "node { name: \"box\" material: \"m\" box { size { x: 1 y: 1 z: 1 } } }\n" +
@@ -269,8 +254,8 @@ TEST(ImageShapes, APictureOfAnotherShapeCostsItselfAlone) {
             Expected<ImportedScene> scene = importScene(path, kRootNode, importOptions());
             ASSERT_TRUE(scene) << messageOf(scene);
             ASSERT_EQ(scene->faults.size(), 1u) << said;
-            EXPECT_TRUE(scene->faults[0].starts_with(path + ":2:2: the image 'i' cannot be had: ")) << scene->faults[0];
-            EXPECT_NE(scene->faults[0].find(why), std::string::npos) << scene->faults[0];
+            EXPECT_TRUE(scene->faults[0].starts_with(path + ":2:2: ")) << scene->faults[0];
+            EXPECT_WORDS(scene->faults[0]);
             EXPECT_EQ(std::ranges::count(scene->notes, scene->faults[0]), 1);
             const ImportedAspect aspect(std::move(*scene));
             EXPECT_TRUE(allOf<Image>(aspect).empty()) << said;

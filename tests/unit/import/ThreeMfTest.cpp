@@ -2,6 +2,7 @@
 #include "common/cores/Image.h"
 #include "common/cores/Material.h"
 #include "common/cores/Switch.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/PrintingFixture.h"
 
 namespace tessera {
@@ -47,8 +48,7 @@ TEST(ThreeMf, StandsInMetresWithItsTitleAndNames) {
     expectNear(none.bounds().upper, Vec3d(0.001, 0.001, 0), 1e-9);
     const PrintedScene odd(
         "model.3mf", threeMf(threeMfModel(threeMfObject(1, squareMesh()), "<item objectid=\"1\"/>", "unit=\"mile\"")));
-    EXPECT_TRUE(
-        odd.notes("its unit is not one of 3MF: millimetres are taken (--scale changes that) (the first: 'mile')"));
+    EXPECT_WORDS(odd.notes());
 }
 
 TEST(ThreeMf, ComponentsShareOneGeometryAndStandWhereTransformsSay) {
@@ -111,7 +111,7 @@ TEST(ThreeMf, VeryManyBaseMaterialsOfAnObjectAreColoursOfVertices) {
         threeMfScene(bases + "</basematerials>" + threeMfObject(1, mesh, "pid=\"5\" pindex=\"0\""));
     ASSERT_EQ(scene.all<Geometry>().size(), 1u);
     EXPECT_EQ(vertexColorsOf(*scene.all<Geometry>()[0]).size(), 100u);
-    EXPECT_TRUE(scene.notes("base materials of objects of more than 64 are colours of vertices"));
+    EXPECT_WORDS(scene.notes());
 }
 
 TEST(ThreeMf, ColoursOfCornersAreThoseOfVertices) {
@@ -157,9 +157,7 @@ TEST(ThreeMf, PicturesOfThePackageLieOnTriangles) {
     }
     EXPECT_TRUE(found);
     const PrintedScene lost = threeMfScene(texture + threeMfObject(1, mesh));
-    EXPECT_TRUE(
-        lost.notes("the picture '/3D/Texture/a.png' cannot be had: it is not in the package; what shows it is "
-                   "white"));
+    EXPECT_WORDS(lost.notes());
 }
 
 TEST(ThreeMf, MixturesAndLayersAreWorkedOut) {
@@ -190,9 +188,7 @@ TEST(ThreeMf, ModelsOfOtherPartsAreReadByTheirPaths) {
     const PrintedScene scene("model.3mf", threeMf(start, {{"3D/Objects/part 1.model", part}}));
     EXPECT_EQ(scene.scene().triangles, 4u);
     EXPECT_EQ(scene.all<Geometry>().size(), 1u);
-    EXPECT_TRUE(
-        scene.notes("model parts that are not in the package: what they hold is left out (the first: "
-                    "'/3D/none.model')"));
+    EXPECT_WORDS(scene.notes());
 }
 
 TEST(ThreeMf, WhatIsNotPrintedIsHidden) {
@@ -201,8 +197,7 @@ TEST(ThreeMf, WhatIsNotPrintedIsHidden) {
                                             "<item objectid=\"1\"/><item objectid=\"2\"/>");
     ASSERT_EQ(scene.all<Switch>().size(), 1u);
     EXPECT_EQ(scene.all<Switch>()[0]->choice, Switch::kNone);
-    EXPECT_TRUE(
-        scene.notes("objects of type other are not printed, and are hidden by a Switch (the first: 'modifier')"));
+    EXPECT_WORDS(scene.notes());
     EXPECT_EQ(scene.scene().triangles, 4u);
 }
 
@@ -211,9 +206,7 @@ TEST(ThreeMf, ExtensionsThatAreLeftOutAreNamed) {
     mesh.insert(mesh.find("</mesh>"), "<b:beamlattice xmlns:b=\"x\"><b:beams/></b:beamlattice>");
     const PrintedScene scene =
         threeMfScene("<s:slicestack id=\"4\" xmlns:s=\"y\"/>" + threeMfObject(1, mesh, "name=\"lattice\""));
-    EXPECT_TRUE(scene.notes("beam lattices are left out (the first: 'lattice')"));
-    EXPECT_TRUE(scene.notes("slices are left out (the first: '4')"));
-    EXPECT_TRUE(scene.notes("what slicers paint on triangles is left out (the first: 'paint_color')"));
+    for (const std::string& note : scene.scene().notes) EXPECT_WORDS(note);
 }
 
 TEST(ThreeMf, ArchivesAreReadStoredAndWithSizesOf64Bits) {

@@ -48,6 +48,7 @@ public:
     [[nodiscard]] const ImportedScene& scene() const { return scene_; }
     [[nodiscard]] const ImportedAspect& aspect() const { return aspect_; }
     [[nodiscard]] bool notes(std::string_view text) const { return hasNote(scene_, text); }
+    [[nodiscard]] std::string notes() const { return notesIn(scene_); }
     [[nodiscard]] std::vector<Vec3d> corners() const { return shownCorners(*aspect_); }
     [[nodiscard]] Box bounds() const {
         Box box;

@@ -20,6 +20,7 @@
 #include "common/drawable/GlyphArrays.h"
 #include "common/geometry/MeshCopies.h"
 #include "tests/property/Seeds.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/UsdFixture.h"
 
 namespace tessera {
@@ -146,7 +147,7 @@ TEST(UsdMesh, OfSubdivisionIsASmoothSurfaceWhereItCanBeOne) {
     EXPECT_EQ(surfaces.front()->corners.sizeBytes() / 4, 1u);
     const UsdScene colored("def Mesh \"M\" {" + cube + "color3f[] primvars:displayColor = [(1, 0, 0)] }");
     EXPECT_TRUE(colored.all<SubdivisionSurface>().empty());
-    EXPECT_TRUE(colored.notes("their polygons are shown"));
+    EXPECT_WORDS(colored.notes());
     EXPECT_EQ(colored.corners().size(), 36u);
 }
 
@@ -189,7 +190,7 @@ def Sphere "Guide" { uniform token purpose = "guide" }
     ASSERT_NE(lines, nullptr);
     EXPECT_EQ(lines->primitive, Geometry::kLines);
     EXPECT_EQ(lines->indices.sizeBytes() / 8, 3u);
-    for (const char* part : {"NurbsPatch", "/Bones", "purpose guide"}) EXPECT_TRUE(scene.notes(part)) << part;
+    for (const std::string& note : scene.scene().notes) EXPECT_WORDS(note);
 }
 
 TEST(UsdInstancer, PlacesPrototypesThatShareTheirMesh) {
@@ -449,7 +450,7 @@ def Xform "Hidden" { token visibility = "invisible"
 )");
     EXPECT_EQ(scene.all<Switch>().size(), 2u);
     EXPECT_EQ(scene.all<KeyFrames>().size(), 1u);
-    EXPECT_TRUE(scene.notes("invisible ones are there"));
+    EXPECT_WORDS(scene.notes());
 }
 
 TEST(UsdLights, AndCamerasArrive) {

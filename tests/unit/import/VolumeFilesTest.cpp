@@ -10,6 +10,7 @@
 #include "common/cores/Volume.h"
 #include "common/drawable/Drawable.h"
 #include "server/import/reader/VolumeFiles.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -99,56 +100,53 @@ TEST(VolumeFiles, ThatLieAreRefusedInWords) {
     const std::string eight(8, 'x'), vtk = "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET ";
     scratch.write("short.raw", "1234");
     outside.write("other.raw", eight);
-    const auto expectRefused = [&](const std::string& name, const std::string& bytes, ErrorCode code,
-                                   const char* words) {
+    const auto expectRefused = [&](const std::string& name, const std::string& bytes, ErrorCode code) {
         scratch.write(name, bytes);
         const Expected<VolumeData> volume = volumeIn(scratch, name);
-        ASSERT_FALSE(volume) << words;
+        ASSERT_FALSE(volume) << bytes;
         EXPECT_EQ(volume.error().code, code) << volume.error().message;
-        EXPECT_NE(volume.error().message.find(words), std::string::npos) << volume.error().message;
+        EXPECT_WORDS(volume.error().message);
     };
-    const auto meta = [&](const std::string& more, const char* words, ErrorCode code = ErrorCode::kBadInput) {
-        expectRefused("a.mhd", more + eight, code, words);
+    const auto meta = [&](const std::string& more, ErrorCode code = ErrorCode::kBadInput) {
+        expectRefused("a.mhd", more + eight, code);
     };
-    meta("NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n", "ElementDataFile");
-    meta(metaHeader("MET_UCHAR", "", "3 2 2"), "ends too early: 3 x 2 x 2 voxels have 12 bytes, and 8 are there");
-    meta(metaHeader("MET_UCHAR", "", "2 2"), "DimSize");
-    meta(metaHeader("MET_UCHAR", "", "-2 2 2"), "DimSize");
-    meta(metaHeader("MET_UCHAR", "", "1 2 2"), "from 2 to 4096");
-    meta(metaHeader("MET_UCHAR", "", "99999999999 99999999999 99999999999"), "from 2 to 4096");
-    meta(metaHeader("MET_UCHAR", "", "4096 4096 4096"), "at most 268435456 bytes", ErrorCode::kLimit);
-    meta(metaHeader("MET_UCHAR", "ElementSpacing = 0 1 1"), "no places");
-    meta(metaHeader("MET_UCHAR", "ElementSpacing = nan 1 1"), "elementspacing");
-    meta(metaHeader("MET_UCHAR", "CompressedData = True"), "compressed", ErrorCode::kUnsupported);
-    meta(metaHeader("MET_UCHAR", "BinaryData = False"), "as text", ErrorCode::kUnsupported);
-    meta(metaHeader("MET_UCHAR", "ElementNumberOfChannels = 3"), "several numbers", ErrorCode::kUnsupported);
-    meta(metaHeader("MET_UCHAR", "HeaderSize = 9"), "HeaderSize");
-    meta(metaHeader("MET_CHARS", ""), "MET_CHARS", ErrorCode::kUnsupported);
+    meta("NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n");
+    meta(metaHeader("MET_UCHAR", "", "3 2 2"));
+    meta(metaHeader("MET_UCHAR", "", "2 2"));
+    meta(metaHeader("MET_UCHAR", "", "-2 2 2"));
+    meta(metaHeader("MET_UCHAR", "", "1 2 2"));
+    meta(metaHeader("MET_UCHAR", "", "99999999999 99999999999 99999999999"));
+    meta(metaHeader("MET_UCHAR", "", "4096 4096 4096"), ErrorCode::kLimit);
+    meta(metaHeader("MET_UCHAR", "ElementSpacing = 0 1 1"));
+    meta(metaHeader("MET_UCHAR", "ElementSpacing = nan 1 1"));
+    meta(metaHeader("MET_UCHAR", "CompressedData = True"), ErrorCode::kUnsupported);
+    meta(metaHeader("MET_UCHAR", "BinaryData = False"), ErrorCode::kUnsupported);
+    meta(metaHeader("MET_UCHAR", "ElementNumberOfChannels = 3"), ErrorCode::kUnsupported);
+    meta(metaHeader("MET_UCHAR", "HeaderSize = 9"));
+    meta(metaHeader("MET_CHARS", ""), ErrorCode::kUnsupported);
     const std::string beside = "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = ";
-    expectRefused("a.mhd", beside + "short.raw\n", ErrorCode::kBadInput, "4 are there");
-    expectRefused("a.mhd", beside + "none.raw\n", ErrorCode::kNotFound, "none.raw");
-    expectRefused("a.mhd", beside + outside.path("other.raw") + "\n", ErrorCode::kRefused, "folder");
+    expectRefused("a.mhd", beside + "short.raw\n", ErrorCode::kBadInput);
+    expectRefused("a.mhd", beside + "none.raw\n", ErrorCode::kNotFound);
+    expectRefused("a.mhd", beside + outside.path("other.raw") + "\n", ErrorCode::kRefused);
     expectRefused(
         "a.mhd",
         beside + "../" + std::filesystem::path(outside.path("x")).parent_path().filename().string() + "/other.raw\n",
-        ErrorCode::kRefused, "folder");
-    expectRefused("a.mhd", beside + "LIST\n", ErrorCode::kUnsupported, "list");
-    expectRefused("a.vtk", "vtk", ErrorCode::kBadInput, "begins with");
-    expectRefused("a.vtk", vtk + "POLYDATA\nPOINTS 0 float\n", ErrorCode::kUnsupported, "POLYDATA");
-    expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 9\n", ErrorCode::kBadInput,
-                  "POINT_DATA");
+        ErrorCode::kRefused);
+    expectRefused("a.mhd", beside + "LIST\n", ErrorCode::kUnsupported);
+    expectRefused("a.vtk", "vtk", ErrorCode::kBadInput);
+    expectRefused("a.vtk", vtk + "POLYDATA\nPOINTS 0 float\n", ErrorCode::kUnsupported);
+    expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 9\n", ErrorCode::kBadInput);
     expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 8\nSCALARS s float 3\n",
-                  ErrorCode::kUnsupported, "several");
-    expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 8\n", ErrorCode::kBadInput,
-                  "ends before its SCALARS");
-    expectRefused("a.slc", "11112\n", ErrorCode::kBadInput, "11111");
-    expectRefused("a.slc", "11111\n2 2 2 16\n1 1 1\n0 0 0 0\n0 0 X", ErrorCode::kUnsupported, "16 bits");
-    expectRefused("a.slc", "11111\n2 2 2 8\n1 1 1\n0 0 0 0\n70 70 X" + eight, ErrorCode::kBadInput, "small picture");
-    expectRefused("a.slc", "11111\n2 2 2 8\n1 1 1\n0 0 0 1\n0 0 X9999 X" + eight, ErrorCode::kBadInput, "slice 0");
-    expectRefused("a.slc", std::string("11111\n2 2 2 8\n1 1 1\n0 0 0 1\n0 0 X3 X\x05\x07") + '\0', ErrorCode::kBadInput,
-                  "runs of slice 0");
+                  ErrorCode::kUnsupported);
+    expectRefused("a.vtk", vtk + "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 8\n", ErrorCode::kBadInput);
+    expectRefused("a.slc", "11112\n", ErrorCode::kBadInput);
+    expectRefused("a.slc", "11111\n2 2 2 16\n1 1 1\n0 0 0 0\n0 0 X", ErrorCode::kUnsupported);
+    expectRefused("a.slc", "11111\n2 2 2 8\n1 1 1\n0 0 0 0\n70 70 X" + eight, ErrorCode::kBadInput);
+    expectRefused("a.slc", "11111\n2 2 2 8\n1 1 1\n0 0 0 1\n0 0 X9999 X" + eight, ErrorCode::kBadInput);
+    expectRefused("a.slc", std::string("11111\n2 2 2 8\n1 1 1\n0 0 0 1\n0 0 X3 X\x05\x07") + '\0',
+                  ErrorCode::kBadInput);
     expectRefused("a.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: gzip\n\n" + eight,
-                  ErrorCode::kUnsupported, "gzip");
+                  ErrorCode::kUnsupported);
 }
 
 // Damaged here or there: an error or a volume as large as it says, never a crash.
@@ -290,29 +288,28 @@ TEST(ParticlesText, SaysAllThatTheCoreHolds) {
 TEST(ParticlesText, AndVolumesAreRefusedWithFileLineAndColumn) {
     const Scratch scratch;
     scratch.write("bad.mha", metaHeader("MET_UCHAR", "", "9 9 9"));
-    for (const auto& [content, words] : std::initializer_list<std::pair<const char*, const char*>>{
-             {"particles { positions: [0,0,0] sizes: [1,2] }", "sizes has 8 bytes"},
-             {"particles { positions: [0,0,0] mode: LINES }", "lines need tails"},
-             {"particles { positions: [0,0,nan] }", "is nan"},
-             {"particles { positions: [0,0,0] size: -1 }", "size"},
-             {"particles { positions: [0,0,0] material: \"blue\" }", "no material 'blue'"},
-             {"volume { file: \"none.mhd\" }", "none.mhd"},
-             {"volume { file: \"bad.mha\" }", "ends too early"},
-             {"volume { file: \"/etc/passwd\" }", "own folder"},
-             {"volume { file: \"a.tsct\" }", ".nrrd"},
-             {"volume { file: \"bad.mha\" voxels: [1] }", "not both"},
-             {"volume { voxels: [1,2,3] size_x: 2 size_y: 2 size_z: 2 }", "voxels has 12 bytes"},
-             {"volume { voxels: [1,2] size_x: 2 size_y: 1 size_z: 1 }", "sizeY is 1"},
-             {"volume { voxels: [1,2,3,4,5,6,7,inf] size_x: 2 size_y: 2 size_z: 2 }", "voxel 7 is not finite"},
-             {"volume { low: 5 high: 5 }", "low below high"},
-             {"volume { slices: [0,0,0,1] }", "plane 0 of slices"},
-             {"volume { clip_planes: [1,2,3] }", "clipPlanes"},
-             {"volume { spacing { x: 1 y: 0 z: 1 } }", "spacing"},
+    for (const char* const content : {
+             "particles { positions: [0,0,0] sizes: [1,2] }",
+             "particles { positions: [0,0,0] mode: LINES }",
+             "particles { positions: [0,0,nan] }",
+             "particles { positions: [0,0,0] size: -1 }",
+             "particles { positions: [0,0,0] material: \"blue\" }",
+             "volume { file: \"none.mhd\" }",
+             "volume { file: \"bad.mha\" }",
+             "volume { file: \"/etc/passwd\" }",
+             "volume { file: \"a.tsct\" }",
+             "volume { file: \"bad.mha\" voxels: [1] }",
+             "volume { voxels: [1,2,3] size_x: 2 size_y: 2 size_z: 2 }",
+             "volume { voxels: [1,2] size_x: 2 size_y: 1 size_z: 1 }",
+             "volume { voxels: [1,2,3,4,5,6,7,inf] size_x: 2 size_y: 2 size_z: 2 }",
+             "volume { low: 5 high: 5 }",
+             "volume { slices: [0,0,0,1] }",
+             "volume { clip_planes: [1,2,3] }",
+             "volume { spacing { x: 1 y: 0 z: 1 } }",
          }) {
         const Expected<ImportedScene> scene = importedContent(scratch, content);
         ASSERT_FALSE(scene) << content;
-        EXPECT_NE(scene.error().message.find(words), std::string::npos) << scene.error().message;
-        EXPECT_NE(scene.error().message.find("a.tsct:"), std::string::npos) << scene.error().message;
+        EXPECT_WORDS(scene.error().message);
     }
 }
 

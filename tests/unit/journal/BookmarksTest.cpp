@@ -1,8 +1,11 @@
 // Bookmarks as a journal's records have them.
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <random>
 
+#include "common/cores/Transform.h"
+#include "common/scene/FieldTable.h"
 #include "server/sim/journal/JournalFormat.h"
 
 namespace tessera {
@@ -39,6 +42,21 @@ TEST(Bookmarks, AreKeptWithTheirNumbers) {
         cut.resize(random() % cut.size());
         EXPECT_FALSE(decodeJournal(content.kind, Bytes(cut), BlobStore()));
     }
+}
+
+/// Undo joins and cuts the lists of steps before any scene looks at them.
+TEST(JournalSteps, OfColumnsThatAreNotTheirFieldsAreRefused) {
+    EditHistory::Kept kept;
+    FieldColumn misfit =
+        FieldColumn::ofShape(typeOf<Transform>(), fieldId<&Transform::translation>, FieldKind::kInt, 1);
+    misfit.append(ObjectId(5), std::int64_t{7});
+    auto list = std::make_shared<ChangeList>();
+    list->columns.push_back(misfit);
+    kept.lists = {list};
+    const RecordContent content = encodeJournal(journal::Step{kept});
+    const Expected<JournalRecord> back = decodeJournal(content.kind, bytesOfView(content), BlobStore());
+    ASSERT_FALSE(back);
+    EXPECT_EQ(back.error().code, ErrorCode::kBadInput);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 /// A file of another journal, or of an earlier time, is refused by name.
+#include "tests/support/words/Words.h"
 #include "tests/unit/journal/DamagedFolder.h"
 
 namespace tessera {
@@ -62,9 +63,7 @@ protected:
         EXPECT_EQ(start.refusal->code, ErrorCode::kBadInput);
         EXPECT_NE(start.refusal->message.find(fmt::format("{}/{}", wall, name)), std::string::npos)
             << start.refusal->message;
-        EXPECT_NE(start.refusal->message.find("record 0 (opening) at byte 16"), std::string::npos)
-            << start.refusal->message;
-        EXPECT_NE(start.refusal->message.find("Put back a copy"), std::string::npos) << start.refusal->message;
+        EXPECT_WORDS(start.refusal->message);
         EXPECT_EQ(test::bytesIn(wall), files) << "a refused start has changed something";
     }
 

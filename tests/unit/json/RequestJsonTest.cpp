@@ -12,6 +12,7 @@
 #include "common/request/Check.h"
 #include "common/request/Requests.h"
 #include "common/scene/FieldTable.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/json/RandomMembers.h"
 
 namespace tessera {
@@ -86,56 +87,51 @@ TEST(RequestJson, AnswersAndNoticesHaveTheNamesOfTheCatalogue) {
 }
 
 struct Wrong {
-    std::string_view request, fields, field, says;
+    std::string_view request, fields, field;
 };
 
 TEST(RequestJson, WhatIsWrongIsToldWithItsField) {
     const Wrong all[] = {
-        {"MoveNode", R"({"nod":1})", "nod", "there are node, translation, rotation"},
-        {"MoveNode", R"({"node":1,"translation":[1,2]})", "translation",
-         "an array of 3 numbers was expected, not an array of 2"},
-        {"MoveNode", R"({"node":1,"translation":[1,"2",3]})", "translation[1]", "a number was expected, not a text"},
-        {"MoveNode", R"({"node":1,"translation":["NaN",2,3]})", "translation[0]", "a number was expected"},
-        {"MoveNode", R"({"node":-1})", "node", "a whole number from 0 to"},
-        {"MoveNode", R"({"node":1.5})", "node", "a whole number from 0 to"},
-        {"MoveNode", R"({"node":"$x"})", "node", "names no object"},
-        {"MoveNode", R"({"node":1,"scale":[0,1,1]})", "scale", "must be other than 0, not 0"},
-        {"MoveNode", R"({"node":1,"rotation":[0,0,0,0]})", "rotation", "cannot be normalised"},
-        {"MoveNode", R"([])", "", "an object was expected, not an array of 0"},
-        {"SetView", R"({"world_units_per_metre":-3})", "world_units_per_metre", "must be from 1e-09 to 1e+09, not -3"},
-        {"NavigateView", R"({"deed":"dance"})", "deed", "is none of none, home, fit"},
-        {"AnswerQuestion", R"({"question":1,"translation":[0,0,0]})", "translation",
-         "is said with decision move alone"},
-        {"MeasureDistance", R"({"from":[0,0,0]})", "", "no place and no node"},
-        {"FindNodes", R"({"core_type":"Ligth"})", "core_type", "there is no type \"Ligth\""},
-        {"GetStatus", R"({"all":true})", "all", "there are no others"},
-        {"GetEverything", R"({})", "", "there is no request \"GetEverything\""},
+        {"MoveNode", R"({"nod":1})", "nod"},
+        {"MoveNode", R"({"node":1,"translation":[1,2]})", "translation"},
+        {"MoveNode", R"({"node":1,"translation":[1,"2",3]})", "translation[1]"},
+        {"MoveNode", R"({"node":1,"translation":["NaN",2,3]})", "translation[0]"},
+        {"MoveNode", R"({"node":-1})", "node"},
+        {"MoveNode", R"({"node":1.5})", "node"},
+        {"MoveNode", R"({"node":"$x"})", "node"},
+        {"MoveNode", R"({"node":1,"scale":[0,1,1]})", "scale"},
+        {"MoveNode", R"({"node":1,"rotation":[0,0,0,0]})", "rotation"},
+        {"MoveNode", R"([])", ""},
+        {"SetView", R"({"world_units_per_metre":-3})", "world_units_per_metre"},
+        {"NavigateView", R"({"deed":"dance"})", "deed"},
+        {"AnswerQuestion", R"({"question":1,"translation":[0,0,0]})", "translation"},
+        {"MeasureDistance", R"({"from":[0,0,0]})", ""},
+        {"FindNodes", R"({"core_type":"Ligth"})", "core_type"},
+        {"GetStatus", R"({"all":true})", "all"},
+        {"GetEverything", R"({})", ""},
         {"ProposeChanges",
          R"({"list":{"set":[{"type":"Transform","field":"translatoin","ids":[1],"values":[[1,2,3]]}]}})",
-         "list.set[0].field", "Transform has no field \"translatoin\"; it has translation"},
+         "list.set[0].field"},
         {"ProposeChanges",
          R"({"list":{"set":[{"type":"Transform","field":"translation","ids":[1,2],"values":[[1,2,3]]}]}})",
-         "list.set[0].values", "an array of 2 values, one for each id, was expected"},
-        {"ProposeChanges",
-         R"({"list":{"set":[{"type":"Transform","field":"translation","ids":[1],"values":[[1,2,1e999]]}]}})", "", ""},
+         "list.set[0].values"},
         {"ProposeChanges",
          R"({"list":{"set":[{"type":"Geometry","field":"positions","ids":[1],"values":[{"binary":0}]}]}})",
-         "list.set[0].values[0].binary", "no binary frame belongs to this message"},
-        {"ProposeChanges", R"({"list":{"sett":[]}})", "list.sett", "there are created, placed, set"},
+         "list.set[0].values[0].binary"},
+        {"ProposeChanges", R"({"list":{"sett":[]}})", "list.sett"},
     };
     for (const Wrong& wrong : all) {
         const ApiExpected<Json> fields = parseJson(wrong.fields);
-        if (wrong.says.empty()) {  // no JSON at all: a number beyond a double
-            EXPECT_FALSE(fields) << wrong.fields;
-            continue;
-        }
         ASSERT_TRUE(fields) << wrong.fields;
         ObjectNames names;
         const ApiExpected<ReadRequest> read = readRequest(wrong.request, *fields, {}, names);
         ASSERT_FALSE(read) << wrong.request << wrong.fields;
         EXPECT_EQ(read.error().field, wrong.field) << wrong.request << wrong.fields << ": " << read.error().message;
-        EXPECT_NE(read.error().message.find(wrong.says), std::string::npos) << read.error().message;
+        EXPECT_WORDS(read.error().message);
     }
+    // No JSON at all: a number beyond a double.
+    EXPECT_FALSE(
+        parseJson(R"({"list":{"set":[{"type":"Transform","field":"translation","ids":[1],"values":[[1,2,1e999]]}]}})"));
 }
 
 TEST(RequestJson, SumsThatAreCountedAroundMayBeBelowZero) {
@@ -219,7 +215,7 @@ TEST(ParseJson, RefusesWhatIsNoJsonInWords) {
     for (const std::string text : {R"({"node":1,"node":2})", R"([{"a":{"node":1,"b":2,"node":1}}])"}) {
         const ApiExpected<Json> twice = parseJson(text);
         ASSERT_FALSE(twice) << text;
-        EXPECT_NE(twice.error().message.find("\"node\" is said twice"), std::string::npos) << twice.error().message;
+        EXPECT_WORDS(twice.error().message);
     }
     EXPECT_TRUE(parseJson(R"([{"node":1},{"node":2,"in":{"node":3}}])"));
     // Minutes, if an element took longer the more there are.

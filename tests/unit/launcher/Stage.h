@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 class Stage : public testing::Test {
 protected:
     Stage() {
-        std::string pattern = testing::TempDir() + "tessera-stage-XXXXXX";
+        std::string pattern = testing::TempDir() + "tessera-test-XXXXXX";
         folder_ = ::mkdtemp(pattern.data());
         said_ = std::fopen((folder_ / "said").c_str(), "w");
         console_.emplace(said_, said_, Console::Manner{.verbose = true});

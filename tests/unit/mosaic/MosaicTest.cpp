@@ -1,4 +1,5 @@
 #include "common/mosaic/Mosaic.h"
+#include "tests/support/words/Words.h"
 
 #include <gtest/gtest.h>
 
@@ -79,7 +80,7 @@ TEST(Mosaic, TilesOfDifferentFramesAreNoPicture) {
     const auto mixed = stitch(wall, images);
     ASSERT_FALSE(mixed);
     EXPECT_EQ(mixed.error().code, ErrorCode::kRefused);
-    EXPECT_NE(mixed.error().message.find("frame 13"), std::string::npos);
+    EXPECT_WORDS(mixed.error().message);
 }
 
 /// A small file whose head says that it is very large, with the head's sum (PNG, annex D).
@@ -102,8 +103,7 @@ TEST(Mosaic, AnImageOfAnotherSizeIsRefusedBeforeItIsUnpacked) {
     images.tiles[0].png = share(std::move(png));
     const auto refused = stitch(wall, images);
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message.find("is 16384x16384, but the tile"), std::string::npos)
-        << refused.error().message;
+    EXPECT_WORDS(refused.error().message);
 }
 
 TEST(Mosaic, ImagesThatAreNoneAreRefused) {
@@ -112,7 +112,7 @@ TEST(Mosaic, ImagesThatAreNoneAreRefused) {
     images.tiles[0].png = share(Bytes(10));
     EXPECT_FALSE(stitch(wall, images));
     images.tiles[0].png = images.tiles[4].png;
-    EXPECT_NE(stitch(wall, images).error().message.find("is 6x2, but the tile 5x4"), std::string::npos);
+    EXPECT_WORDS(stitch(wall, images).error().message);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "common/output/MeshLook.h"
 #include "server/tools/mpcdi/MpcdiWall.h"
 #include "server/tools/mpcdi/ZipFile.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -67,7 +68,7 @@ constexpr const char* kFlatXml = R"(<?xml version="1.0" encoding="utf-8"?>
 class Mpcdi : public testing::Test {
 protected:
     Mpcdi() {
-        std::string pattern = testing::TempDir() + "tessera-mpcdi-XXXXXX";
+        std::string pattern = testing::TempDir() + "tessera-test-XXXXXX";
         folder_ = ::mkdtemp(pattern.data());
         BlendPicture half{.widthPx = 4, .heightPx = 2, .values = std::vector<std::uint16_t>(8, 32768)};
         flat_ = {{"mpcdi.xml", kFlatXml},
@@ -106,7 +107,6 @@ protected:
     fs::path folder_;
     Entries flat_;
 };
-#define EXPECT_WORDS(text, part) EXPECT_NE(std::string(text).find(part), std::string::npos) << text
 
 TEST_F(Mpcdi, FlatRegionsBecomeScreensOfOnePlane) {
     const auto file = readMpcdi(zip(flat_));
@@ -125,10 +125,7 @@ TEST_F(Mpcdi, FlatRegionsBecomeScreensOfOnePlane) {
     EXPECT_EQ(out.widthPx, 200);
     EXPECT_EQ(out.blendPictureGamma, 2.2);
     ASSERT_TRUE(out.blendPicture);
-    for (const char* words : {"beta map is left out", "its alpha map of 4 x 2 pixels is stretched over its 200 x 100"})
-        EXPECT_TRUE(std::ranges::any_of(made->notes, [&](const std::string& note) {
-            return note.find(words) != std::string::npos;
-        })) << words;
+    for (const std::string& note : made->notes) EXPECT_WORDS(note);
 }
 
 TEST_F(Mpcdi, MeshesShowWhatWarpMapsSayToATenthOfAPixel) {
@@ -260,9 +257,7 @@ TEST_F(Mpcdi, BentSurfacesInSpaceAreRightFromTheEyes) {
     };
     const auto made = wallOfMpcdi(readMpcdi(zip(surfaceFile({{"one", bent}}, "mm", 1000, "floorCenter"))).value());
     ASSERT_TRUE(made) << made.error().message;
-    EXPECT_TRUE(std::ranges::any_of(made->notes, [](const std::string& note) {
-        return note.find("off a plane: right from the eyes' place alone") != std::string::npos;
-    }));
+    for (const std::string& note : made->notes) EXPECT_WORDS(note);
     const Screen& screen = made->wall.screens[0];
     const Vec3d eyes(0, 1.7, 0);
     double farthest = 0;
@@ -278,13 +273,12 @@ TEST_F(Mpcdi, BentSurfacesInSpaceAreRightFromTheEyes) {
     const Surface around = [](double x, double y) {
         return Vec3d(3 * std::sin(4 * (x - 0.5)), 0.7 + 2 * (1 - y), -3 * std::cos(4 * (x - 0.5)));
     };
-    EXPECT_WORDS(errorOf(surfaceFile({{"one", around}}, "m", 1, "floorCenter")), "reaches behind the eyes");
+    EXPECT_WORDS(errorOf(surfaceFile({{"one", around}}, "m", 1, "floorCenter")));
     EXPECT_WORDS(
         errorOf(surfaceFile({{"one", [](double x, double y) { return x < 0.5 ? Vec3d(0, 0, 0) : Vec3d(x, y, -2); }}},
-                            "m", 1, "floorCenter")),
-        "one.pfm: a hole at column 0 row 0");
-    EXPECT_WORDS(errorOf(surfaceFile({{"one", [](double, double) { return Vec3d(1, 1, -2); }}}, "m", 1, "floorCenter")),
-                 "no area");
+                            "m", 1, "floorCenter")));
+    EXPECT_WORDS(
+        errorOf(surfaceFile({{"one", [](double, double) { return Vec3d(1, 1, -2); }}}, "m", 1, "floorCenter")));
 }
 
 /// As calibrations of projectors write it: the XML alone, axes of a surveyor.
@@ -328,9 +322,9 @@ TEST_F(Mpcdi, ShaderLampsSeeWithTheirProjectorsEyes) {
         const auto file = wallOfMpcdiFile(path);
         return file ? std::string("accepted") : file.error().message;
     };
-    EXPECT_WORDS(wrong("<posx>0.5", "<posx>far"), "posx of region \"lamp 1\" is \"far\"");
-    EXPECT_WORDS(wrong("<pitchx>1", "<pitchx>2"), "are not of length 1");
-    EXPECT_WORDS(wrong("<distortionMap><path>", "<distortionMap><path>lens.pfm"), "\"lens.pfm\" lies in no archive");
+    EXPECT_WORDS(wrong("<posx>0.5", "<posx>far"));
+    EXPECT_WORDS(wrong("<pitchx>1", "<pitchx>2"));
+    EXPECT_WORDS(wrong("<distortionMap><path>", "<distortionMap><path>lens.pfm"));
     // A lens: the same mesh that a warp map makes.
     Entries entries = flat_;
     std::string xml = kLampXml;
@@ -360,41 +354,40 @@ TEST_F(Mpcdi, WallsThatAreSavedCanBeLoaded) {
 
 TEST_F(Mpcdi, WhatIsWrongIsSaid) {
     EXPECT_EQ(errorOf(flat_), "accepted");
-    EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"a4\""), "profile \"a4\": 2d, 3d, a3 and sl are read");
-    EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"sl\""), "has no frustum");
-    EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"3d\""), "has no frustum");
-    EXPECT_WORDS(errorAfter("</MPCDI>", ""), "mpcdi.xml:14: not XML");
-    EXPECT_WORDS(errorAfter("<display>", "<dismay>"), "not XML");
-    EXPECT_WORDS(errorAfter("xResolution=\"200\"", "xResolution=\"1e9\""), "xResolution of region \"one\" is \"1e9\"");
-    EXPECT_WORDS(errorAfter("xsize=\"0.6\"", "xsize=\"nan\""), "xsize of region \"one\"");
+    EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"a4\""));
+    EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"sl\""));
+    EXPECT_WORDS(errorAfter("profile=\"2d\"", "profile=\"3d\""));
+    EXPECT_WORDS(errorAfter("</MPCDI>", ""));
+    EXPECT_WORDS(errorAfter("<display>", "<dismay>"));
+    EXPECT_WORDS(errorAfter("xResolution=\"200\"", "xResolution=\"1e9\""));
+    EXPECT_WORDS(errorAfter("xsize=\"0.6\"", "xsize=\"nan\""));
     // What it says ends up in a wall's file: a line of its own must not.
-    EXPECT_WORDS(errorAfter("region id=\"one\"", "region id=\"one&#10;hosts { }\""), "characters that no name has");
-    EXPECT_WORDS(errorAfter("maps/one.pfm", "maps/none.pfm"), "there is no \"maps/none.pfm\"");
-    EXPECT_WORDS(errorAfter("maps/one.pfm", "one.png"), "not a PFM");
-    EXPECT_WORDS(errorAfter("one.png", "two.pfm"), "not a readable PNG");
-    EXPECT_WORDS(errorAfter("fileset region=\"one\"", "fileset region=\"three\""),
-                 "region \"three\", which there is not");
-    EXPECT_WORDS(errorAfter("id=\"two &amp; more\"", "id=\"one\""), "two of one");
+    EXPECT_WORDS(errorAfter("region id=\"one\"", "region id=\"one&#10;hosts { }\""));
+    EXPECT_WORDS(errorAfter("maps/one.pfm", "maps/none.pfm"));
+    EXPECT_WORDS(errorAfter("maps/one.pfm", "one.png"));
+    EXPECT_WORDS(errorAfter("one.png", "two.pfm"));
+    EXPECT_WORDS(errorAfter("fileset region=\"one\"", "fileset region=\"three\""));
+    EXPECT_WORDS(errorAfter("id=\"two &amp; more\"", "id=\"one\""));
     Entries entries = flat_;
     entries[1].second = pfm(
         20, 10, [](double x, double y) { return x > 0.5 && y > 0.5 ? std::pair(std::nan(""), 0.0) : std::pair(x, y); });
-    EXPECT_WORDS(errorOf(entries), "maps/one.pfm: a hole at column 10 row 5");
+    EXPECT_WORDS(errorOf(entries));
     entries[1].second = pfm(20, 10, [](double x, double y) { return std::pair(x < 0.5 ? 2 * x : 2 - 2 * x, y); });
-    EXPECT_WORDS(errorOf(entries), "folded");
+    EXPECT_WORDS(errorOf(entries));
     entries[1].second = pfm(20, 10, barrel).substr(0, 900);
-    EXPECT_WORDS(errorOf(entries), "bytes of pixels instead of");
+    EXPECT_WORDS(errorOf(entries));
 }
 
 TEST_F(Mpcdi, ArchivesThatMeanIllAreRefused) {
-    EXPECT_WORDS(readMpcdi("/nonexistent.mpcdi").error().message, "no such file");
-    EXPECT_WORDS(readMpcdi("/dev/null").error().message, "no zip archive");
+    EXPECT_WORDS(readMpcdi("/nonexistent.mpcdi").error().message);
+    EXPECT_WORDS(readMpcdi("/dev/null").error().message);
     for (const char* name : {"../mpcdi.xml", "a/../../x", "/etc/passwd", "a\\..\\x", "c:x"})
-        EXPECT_WORDS(errorOf({{name, "x"}, {"mpcdi.xml", "x"}}), "leads out");
-    EXPECT_WORDS(errorOf({{"mpcdi.xml", "x"}, {"mpcdi.xml", "y"}}), "two entries");
-    EXPECT_WORDS(errorOf({{"mpcdi.xml", std::string(5 << 20, ' ')}}), "larger than 4194304");
+        EXPECT_WORDS(errorOf({{name, "x"}, {"mpcdi.xml", "x"}}));
+    EXPECT_WORDS(errorOf({{"mpcdi.xml", "x"}, {"mpcdi.xml", "y"}}));
+    EXPECT_WORDS(errorOf({{"mpcdi.xml", std::string(5 << 20, ' ')}}));
     Entries many;
     for (int i = 0; i < 4100; ++i) many.emplace_back("f" + std::to_string(i), "");
-    EXPECT_WORDS(errorOf(many), "more than 4096 entries");
+    EXPECT_WORDS(errorOf(many));
     // A billion laughs: entities of one's own are not known, so nothing grows.
     EXPECT_NE(
         errorOf({{"mpcdi.xml",
@@ -402,7 +395,7 @@ TEST_F(Mpcdi, ArchivesThatMeanIllAreRefused) {
         "accepted");
     std::string deep;
     for (int i = 0; i < 200'000; ++i) deep += "<a>";
-    EXPECT_WORDS(errorOf({{"mpcdi.xml", deep}}), "not XML");
+    EXPECT_WORDS(errorOf({{"mpcdi.xml", deep}}));
     // Sizes in the directory that lie: what is unpacked counts.
     std::ifstream in(zip(flat_), std::ios::binary);
     const std::string whole((std::istreambuf_iterator<char>(in)), {});

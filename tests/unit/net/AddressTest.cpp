@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "common/net/Transport.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -19,17 +20,16 @@ TEST(Address, NonsenseIsExplained) {
         const auto address = parseAddress(text);
         return address ? std::string("accepted") : address.error().message;
     };
-    EXPECT_NE(why("wallhost").find("it has no port"), std::string::npos);
-    EXPECT_NE(why(":7000").find("it names no host"), std::string::npos);
-    EXPECT_NE(why("::1:7000").find("IPv6 address stands in brackets"), std::string::npos);
-    EXPECT_NE(why("[::1:7000").find("bracket is not closed"), std::string::npos);
-    for (const char* text : {"a:", "a:65536", "a:-1", "a:7x", "a: 7"})
-        EXPECT_NE(why(text).find("port is not a number"), std::string::npos) << text;
+    EXPECT_WORDS(why("wallhost"));
+    EXPECT_WORDS(why(":7000"));
+    EXPECT_WORDS(why("::1:7000"));
+    EXPECT_WORDS(why("[::1:7000"));
+    for (const char* text : {"a:", "a:65536", "a:-1", "a:7x", "a: 7"}) EXPECT_WORDS(why(text));
     // A page's link, which somebody took for an address: its token does not go into logs.
     for (const char* text :
          {"http://127.0.0.1:7001/?token=secret", "127.0.0.1:7001/?token=secret", "a:7001?token=secret"})
         EXPECT_EQ(why(text).find("secret"), std::string::npos) << why(text);
-    EXPECT_NE(why(std::string(5000, 'a')).find("more than 300"), std::string::npos);
+    EXPECT_WORDS(why(std::string(5000, 'a')));
 }
 
 TEST(Address, KnowsLoopback) {

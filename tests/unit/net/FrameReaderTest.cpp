@@ -1,4 +1,5 @@
 #include "common/net/FrameReader.h"
+#include "tests/support/words/Words.h"
 
 #include <unistd.h>
 
@@ -116,23 +117,21 @@ TEST(FrameReader, AClaimOfManyMegabytesTakesNoMemoryUntilTheyCome) {
 }
 
 TEST(FrameReader, SaysWhatIsWrong) {
-    EXPECT_NE(refusal(asBytes("GET / HTTP/1.1\r\n"))
-                  .find("not a Tessera peer: it began a message with \"GET / HTTP/1.1\\x0d"),
-              std::string::npos);
+    EXPECT_WORDS(refusal(asBytes("GET / HTTP/1.1\r\n")));
 
     Bytes future = frameBytes(1, {});
     future[4] = std::byte{2};
-    EXPECT_NE(refusal(future).find("version 2, this program in version 1"), std::string::npos);
+    EXPECT_WORDS(refusal(future));
 
-    EXPECT_NE(refusal(frameBytes(100, {})).find("unexpected type 100"), std::string::npos);
+    EXPECT_WORDS(refusal(frameBytes(100, {})));
 
     Bytes endless = frameBytes(1, {});
     std::memset(endless.data() + 8, 0xff, 4);
-    EXPECT_NE(refusal(endless).find("claims 4294967295 bytes; at most 268435456"), std::string::npos);
+    EXPECT_WORDS(refusal(endless));
 
     Bytes damaged = frameBytes(1, pattern(50));
     damaged.back() ^= std::byte{1};
-    EXPECT_NE(refusal(damaged).find("checksum is wrong"), std::string::npos);
+    EXPECT_WORDS(refusal(damaged));
 }
 
 TEST(FrameReader, NoBytesCrashIt) {

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <optional>
 
+#include "tests/support/words/Words.h"
 #include "tests/unit/nurbs/NurbsOracle.h"
 
 namespace tessera {
@@ -297,10 +298,11 @@ TEST(TrimRegions, CloseWhatSixDigitsLeaveOpenAndRefuseWhatIsOpen) {
     ASSERT_FALSE(withGap(7e-5));
     EXPECT_EQ(withGap(0.5).error().message,
               "outer loop (loop 1): it is open: a curve ends at (5 5), the next begins at (5 5.5)");
-    const auto says = [](const TrimLoop& loop, const std::string& words) {
+    const auto says = [](const TrimLoop& loop) {
         const Expected<TrimRegion> region = TrimRegion::make(kSquare, std::vector<TrimLoop>{loop});
-        ASSERT_FALSE(region) << words;
-        EXPECT_NE(region.error().message.find(words), std::string::npos) << region.error().message;
+        ASSERT_FALSE(region);
+        EXPECT_EQ(region.error().code, ErrorCode::kBadInput);
+        EXPECT_WORDS(region.error().message);
     };
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     const auto spoilt = [](const std::function<void(TrimCurve&)>& spoil) {
@@ -308,16 +310,16 @@ TEST(TrimRegions, CloseWhatSixDigitsLeaveOpenAndRefuseWhatIsOpen) {
         spoil(loop.curves[0]);
         return loop;
     };
-    says({LoopRole::kOuter, {}}, "outer loop (loop 1) has no curves");
-    says({LoopRole::kOuter, {polyline({})}}, "too few");
-    says({LoopRole::kOuter, {polyline(std::vector<Vec2d>{{1, 1}})}}, "too few");
-    says(spoilt([](auto& c) { c.end = 3; }), "it is open");
-    says(spoilt([](auto& c) { c.end = 4.5; }), "beyond the range");
-    says(spoilt([](auto& c) { c.end = 0; }), "to the same one");
-    says(spoilt([](auto& c) { c.begin = kNone; }), "to the same one");
-    says(spoilt([](auto& c) { c.points[2].z() = 0; }), "weight");
-    says(spoilt([](auto& c) { c.points[2].x() = kNone; }), "not finite");
-    says(spoilt([](auto& c) { c.knots.knots[4] = 0.5; }), "below the one before");
+    says({LoopRole::kOuter, {}});
+    says({LoopRole::kOuter, {polyline({})}});
+    says({LoopRole::kOuter, {polyline(std::vector<Vec2d>{{1, 1}})}});
+    says(spoilt([](auto& c) { c.end = 3; }));
+    says(spoilt([](auto& c) { c.end = 4.5; }));
+    says(spoilt([](auto& c) { c.end = 0; }));
+    says(spoilt([](auto& c) { c.begin = kNone; }));
+    says(spoilt([](auto& c) { c.points[2].z() = 0; }));
+    says(spoilt([](auto& c) { c.points[2].x() = kNone; }));
+    says(spoilt([](auto& c) { c.knots.knots[4] = 0.5; }));
 }
 
 TEST(TrimRegions, AnswerOfCurvesThatShrinkToPointsAndOfExtremeWeights) {

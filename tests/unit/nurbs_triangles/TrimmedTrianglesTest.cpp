@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/freeform/nurbs/NurbsShapes.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/nurbs/NurbsOracle.h"
 #include "tests/unit/nurbs/Plane.h"
 #include "tests/unit/nurbs_triangles/TrianglesOracle.h"
@@ -112,23 +113,21 @@ TEST(TrimmedTriangles, ALoopAlongTheEdgesChangesNothingThere) {
               vertices(tessellate(*cylinderSurface(1, 2, {{LoopRole::kOuter, {polyline(around)}}}), 0.01)));
 }
 
-void isRefused(const std::vector<TrimLoop>& loops, const std::string& why) {
+void isRefused(const std::vector<TrimLoop>& loops) {
     const auto t = tessellate(*planeSurface(kSquare, loops), 1e-3);
-    ASSERT_FALSE(t) << why;
+    ASSERT_FALSE(t);
     EXPECT_EQ(t.error().code, ErrorCode::kBadInput);
-    EXPECT_NE(t.error().message.find(why), std::string::npos) << t.error().message;
+    EXPECT_WORDS(t.error().message);
 }
 
 TEST(TrimmedTriangles, LoopsThatCrossOrLeaveAreRefusedByName) {
     const std::array<Vec2d, 5> bow{Vec2d(-1, -1), Vec2d(1, 1), Vec2d(1, -1), Vec2d(-1, 1), Vec2d(-1, -1)};
-    isRefused({{LoopRole::kOuter, {polyline(bow)}}}, "outer loop (loop 1) crosses itself");
-    isRefused({{LoopRole::kOuter, {circle({0, 0}, 1)}}, {LoopRole::kHole, {circle({0.2, 0}, 1)}}},
-              "outer loop (loop 1) and hole (loop 2) cross");
-    isRefused({{LoopRole::kOuter, {circle({0, 0}, 1)}}, {LoopRole::kHole, {circle({0, 0}, 1)}}},
-              "run along each other");
-    isRefused({{LoopRole::kHole, {circle({1.5, 0}, 1)}}}, "hole (loop 1) leaves the surface's domain");
+    isRefused({{LoopRole::kOuter, {polyline(bow)}}});
+    isRefused({{LoopRole::kOuter, {circle({0, 0}, 1)}}, {LoopRole::kHole, {circle({0.2, 0}, 1)}}});
+    isRefused({{LoopRole::kOuter, {circle({0, 0}, 1)}}, {LoopRole::kHole, {circle({0, 0}, 1)}}});
+    isRefused({{LoopRole::kHole, {circle({1.5, 0}, 1)}}});
     const std::array<Vec2d, 4> spike{Vec2d(-1, -1), Vec2d(1, 1), Vec2d(0, 0), Vec2d(-1, -1)};
-    isRefused({{LoopRole::kOuter, {polyline(spike)}}}, "runs along itself");
+    isRefused({{LoopRole::kOuter, {polyline(spike)}}});
 }
 
 /// Circles at random: refused if they cross by more than the tolerance, and only if they cross.

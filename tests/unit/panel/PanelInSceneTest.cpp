@@ -11,6 +11,7 @@
 #include "common/cores/Transform.h"
 #include "common/scene/FieldTable.h"
 #include "server/panel/PanelInScene.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -123,9 +124,9 @@ controls { label: "y" node: "/gone" field: "on" toggle {} })");
     const PanelInScene in(half, scene);
     EXPECT_EQ(in.controls()[0].targets.at(0).field, nullptr);
     EXPECT_EQ(in.controls()[0].targets.at(1).value, std::optional<FieldValue>(false));
-    EXPECT_NE(in.controls()[0].fault.find("\"maybe\" is no value"), std::string::npos);
+    EXPECT_WORDS(in.controls()[0].fault);
     EXPECT_EQ(in.controls()[1].fault, "there is no /gone now") << "and no word about other nodes";
-    EXPECT_NE(in.faults().back().find("lamp"), std::string::npos) << "whoever checks a file is told what there is";
+    EXPECT_WORDS(in.faults().back());  // whoever checks a file is told what there is
 }
 
 TEST_F(PanelReaches, WhatHasComeToStandAtItsPath) {
@@ -143,29 +144,22 @@ TEST_F(PanelReaches, ControlsThatAreNothingHereAreNamed) {
         const PanelInScene there(one, scene);
         return there.faults().empty() ? "" : there.faults().front();
     };
-    EXPECT_NE(faults(R"(node: "/lamb" field: "on" toggle {})").find("there is no \"lamb\""), std::string::npos);
-    EXPECT_NE(faults(R"(node: "/lamp" field: "of" toggle {})").find("no field \"of\""), std::string::npos);
-    EXPECT_NE(faults(R"(node: "/lamp" field: "color" slider { greatest: 1 })").find("a slider moves one"),
-              std::string::npos);
-    EXPECT_NE(faults(R"(node: "/lamp" field: "color" toggle {})").find("neither on nor off"), std::string::npos);
-    EXPECT_NE(faults(R"(node: "/lamp" field: "intensity" colour {})").find("is no colour"), std::string::npos);
-    EXPECT_NE(faults(R"(node: "/lamp" field: "on" text {})").find("is no text"), std::string::npos);
-    EXPECT_NE(faults(R"(node: "/lamp" field: "ofServer" toggle {})").find("the server's alone"), std::string::npos);
-    EXPECT_NE(faults(R"(node: "/lamp" field: "core" choice { options { value: "#3" } })").find("no value"),
-              std::string::npos);
-    EXPECT_NE(faults(R"(press { sets { node: "/cart" field: "translation" value: "1 2" } })").find("no value"),
-              std::string::npos);
-    EXPECT_NE(faults(R"(press { sets { node: "/lamp" field: "intensity" value: "-1" } })").find("at least 0"),
-              std::string::npos);
+    EXPECT_WORDS(faults(R"(node: "/lamb" field: "on" toggle {})"));
+    EXPECT_WORDS(faults(R"(node: "/lamp" field: "of" toggle {})"));
+    EXPECT_WORDS(faults(R"(node: "/lamp" field: "color" slider { greatest: 1 })"));
+    EXPECT_WORDS(faults(R"(node: "/lamp" field: "color" toggle {})"));
+    EXPECT_WORDS(faults(R"(node: "/lamp" field: "intensity" colour {})"));
+    EXPECT_WORDS(faults(R"(node: "/lamp" field: "on" text {})"));
+    EXPECT_WORDS(faults(R"(node: "/lamp" field: "ofServer" toggle {})"));
+    EXPECT_WORDS(faults(R"(node: "/lamp" field: "core" choice { options { value: "#3" } })"));
+    EXPECT_WORDS(faults(R"(press { sets { node: "/cart" field: "translation" value: "1 2" } })"));
+    EXPECT_WORDS(faults(R"(press { sets { node: "/lamp" field: "intensity" value: "-1" } })"));
     // Beyond what a number may be: read as far as it goes it would be 0.
     constexpr std::string_view kBright = R"(press {{ sets {{ node: "/lamp" field: "intensity" value: "{}" }} }})";
     for (const char* number : {"1e999", "-1e999", "1e-999", "1e300", "inf", "nan"})
         EXPECT_NE(faults(fmt::format(kBright, number)), "") << number;
-    EXPECT_NE(faults(R"(press { sets { node: "/cart" field: "translation" value: "1e999 0 0" } })").find("no value"),
-              std::string::npos);
-    EXPECT_NE(faults(R"(node: "/watch" field: "response" choice { options { value: "99999999999999999999" } })")
-                  .find("no value"),
-              std::string::npos);
+    EXPECT_WORDS(faults(R"(press { sets { node: "/cart" field: "translation" value: "1e999 0 0" } })"));
+    EXPECT_WORDS(faults(R"(node: "/watch" field: "response" choice { options { value: "99999999999999999999" } })"));
     EXPECT_EQ(faults(R"(press { sets { node: "/lamp" field: "intensity" value: "1" } })"), "");
 }
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "server/sim/recording/RecordingReplay.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/ReadableLog.h"
 #include "tests/unit/recording/RecordFile.h"
 
@@ -45,7 +46,7 @@ TEST(RecordingWriter, AFullDiskEndsTheRecordingAndNothingElse) {
     std::signal(SIGXFSZ, handler);
     EXPECT_EQ(std::filesystem::file_size(folder / "full.rec"), 20'000u);
     const std::string said = words.said();
-    EXPECT_NE(said.find("full.rec: the recording ends here: File too large"), std::string::npos) << said;
+    EXPECT_WORDS(said);
     EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
     Expected<RecordingReader> reader = RecordingReader::open(folder / "full.rec");
     ASSERT_TRUE(reader) << reader.error().message;
@@ -69,8 +70,7 @@ TEST(RecordingWriter, EndsAtItsLongestWithOneLineAndWhatIsThereCanBeReplayed) {
     }
     EXPECT_LE(std::filesystem::file_size(folder / "long.rec"), 40'000u);
     const std::string said = words.said();
-    EXPECT_NE(said.find("long.rec: the recording ends here: it would be longer than 40000 bytes"), std::string::npos)
-        << said;
+    EXPECT_WORDS(said);
     EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
     Expected<RecordingReader> reader = RecordingReader::open(folder / "long.rec");
     ASSERT_TRUE(reader) << reader.error().message;
@@ -93,7 +93,7 @@ TEST(RecordingWriter, EndsWhereTheDiskIsTooSlow) {
         (void)show.record(**writer, 3);
         EXPECT_FALSE((*writer)->recording());
     }
-    EXPECT_NE(words.said().find("too slow"), std::string::npos);
+    EXPECT_WORDS(words.said());
     Expected<RecordingReader> reader = RecordingReader::open(folder / "slow.rec");
     ASSERT_TRUE(reader) << "the start scene does not wait in the queue";
     EXPECT_EQ(replay(*reader).end, ReplayResult::End::kCutOff);

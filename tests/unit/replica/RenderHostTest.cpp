@@ -1,3 +1,4 @@
+#include "tests/support/words/Words.h"
 #include "tests/unit/replica/RenderHostFixture.h"
 
 #include <random>
@@ -401,7 +402,7 @@ TEST_F(RenderHostTest, SaysWhatCannotBeAppliedAndStaysAlive) {
         perform(work::ApplyChanges{{share(CommittedList{2_seq, {}, encodeChangeList(impossible.take()), {}})}}));
     const auto failed = next<outcome::ApplyFailed>();
     ASSERT_TRUE(failed);
-    EXPECT_NE(failed->reason.find("list 2"), std::string::npos) << failed->reason;
+    EXPECT_WORDS(failed->reason);
     ASSERT_TRUE(perform(work::Draw{{.frame = 0_frame, .payload = share(Bytes(9, std::byte{0xff}))}}));
     EXPECT_TRUE(next<outcome::ApplyFailed>());
     drawAndShow(0_frame);
@@ -413,7 +414,7 @@ TEST_F(RenderHostTest, LeavesWhenItCannotDraw) {
     EXPECT_FALSE(perform(work::Draw{beginOf(2_frame)}));
     const auto broken = next<outcome::Broken>();
     ASSERT_TRUE(broken);
-    EXPECT_NE(broken->error.message.find("frame 2"), std::string::npos);
+    EXPECT_WORDS(broken->error.message);
 }
 
 /// Drawn into a file or not: small pictures of what is shown, and of what shows the same nothing but that.
@@ -519,7 +520,7 @@ TEST_F(RenderHostTest, SaysWhenPicturesCannotBeWritten) {
     EXPECT_FALSE(perform(work::Draw{beginOf(0_frame)}));
     const auto broken = next<outcome::Broken>();
     ASSERT_TRUE(broken);
-    EXPECT_NE(broken->error.message.find("shown.frame"), std::string::npos) << broken->error.message;
+    EXPECT_WORDS(broken->error.message);
 }
 
 /// Nothing that could be counted as still.

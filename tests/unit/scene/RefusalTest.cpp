@@ -8,6 +8,7 @@
 #include "common/cores/Image.h"
 #include "common/cores/Interest.h"
 #include "common/cores/Switch.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/scene/SceneEdits.h"
 
 namespace tessera {
@@ -35,32 +36,30 @@ std::string message(const ChangeList& list) {
     return refusal(list).message;
 }
 
-#define EXPECT_SAYS(list, text) EXPECT_NE(message(list).find(text), std::string::npos) << message(list)
-
 TEST(Refusals, OfCreations) {
-    EXPECT_SAYS(Edits().core<Group>(0).take(), "id 0 means none");
-    EXPECT_SAYS(Edits().core<Group>(1).take(), "the id is taken");
-    EXPECT_SAYS(Edits().core<Group>(5).take(), "create Group #5: the id is taken");
-    EXPECT_SAYS(Edits().core<Group>(50).core<Switch>(50).take(), "the id is taken");
-    EXPECT_SAYS(Edits().core<Group>(kFirstPlaceholder + 3).take(), "placeholder 3");
+    EXPECT_WORDS(message(Edits().core<Group>(0).take()));
+    EXPECT_WORDS(message(Edits().core<Group>(1).take()));
+    EXPECT_WORDS(message(Edits().core<Group>(5).take()));
+    EXPECT_WORDS(message(Edits().core<Group>(50).core<Switch>(50).take()));
+    EXPECT_WORDS(message(Edits().core<Group>(kFirstPlaceholder + 3).take()));
     ChangeListBuilder unknown;
     unknown.create(ObjectId(50), ObjectType(77));
-    EXPECT_SAYS(unknown.take(), "object type 77 is unknown");
+    EXPECT_WORDS(message(unknown.take()));
 }
 
 TEST(Refusals, OfPlacements) {
-    EXPECT_SAYS(Edits().under(1, 2).take(), "the root cannot be moved");
-    EXPECT_SAYS(Edits().under(1, 0).take(), "the root cannot be moved");
-    EXPECT_SAYS(Edits().under(99, 1).take(), "place #99: there is no such object");
-    EXPECT_SAYS(Edits().under(3, 99).take(), "place #3 under #99: there is no such object");
-    EXPECT_SAYS(Edits().under(5, 1).take(), "it is a Transform");
-    EXPECT_SAYS(Edits().under(3, 5).take(), "only nodes have children");
-    EXPECT_SAYS(Edits().under(2, 2).take(), "below itself");
-    EXPECT_SAYS(Edits().under(2, 3).take(), "below itself");
-    EXPECT_SAYS(Edits().under(3, 4).under(4, 3).take(), "below itself");
-    EXPECT_SAYS(Edits().under(3, 1, 2).take(), "index 2 is past its 1 children");
-    EXPECT_SAYS(Edits().under(3, 2, 2).take(), "index 2 is past its 1 children");
-    EXPECT_SAYS(Edits().under(kFirstPlaceholder, 1).take(), "placeholder 0");
+    EXPECT_WORDS(message(Edits().under(1, 2).take()));
+    EXPECT_WORDS(message(Edits().under(1, 0).take()));
+    EXPECT_WORDS(message(Edits().under(99, 1).take()));
+    EXPECT_WORDS(message(Edits().under(3, 99).take()));
+    EXPECT_WORDS(message(Edits().under(5, 1).take()));
+    EXPECT_WORDS(message(Edits().under(3, 5).take()));
+    EXPECT_WORDS(message(Edits().under(2, 2).take()));
+    EXPECT_WORDS(message(Edits().under(2, 3).take()));
+    EXPECT_WORDS(message(Edits().under(3, 4).under(4, 3).take()));
+    EXPECT_WORDS(message(Edits().under(3, 1, 2).take()));
+    EXPECT_WORDS(message(Edits().under(3, 2, 2).take()));
+    EXPECT_WORDS(message(Edits().under(kFirstPlaceholder, 1).take()));
 }
 
 TEST(Refusals, OfRanges) {
@@ -75,28 +74,22 @@ TEST(Refusals, OfRanges) {
         edits.setRange(ObjectId(id), type, field, offset, bytes);
         return edits.take();
     };
-    const auto says = [&](const ChangeList& list, std::string_view text) {
-        const std::string why = refusalBy(
-                                    [&] {
-                                        Aspect copy;
-                                        mustApply(copy, snapshot(aspect));
-                                        return copy;
-                                    }(),
-                                    list)
-                                    .message;
-        EXPECT_NE(why.find(text), std::string::npos) << why;
+    const auto refuses = [&](const ChangeList& list) {
+        Aspect copy;
+        mustApply(copy, snapshot(aspect));
+        EXPECT_WORDS(refusalBy(std::move(copy), list).message);
     };
-    says(range(99, 0, four), "set a range of #99: there is no such object");
-    says(range(5, 0, four), "a Transform has no array");
-    says(range(5, 0, four, FieldId{1}, typeOf<Transform>()), "a Transform has no array");
-    says(range(6, 0, four, fieldId<&Geometry::material>), "a Geometry has no array");
-    says(range(6, 33, four), "bytes [33, +4) do not lie in its 36");
-    says(range(6, ~std::uint64_t{0}, four), "do not lie in its 36");
-    says(range(6, 0, Blob()), "do not lie in its 36");
-    says(range(6, 0, Blob::absent(four.id(), 4)), "do not lie in its 36");
+    refuses(range(99, 0, four));
+    refuses(range(5, 0, four));
+    refuses(range(5, 0, four, FieldId{1}, typeOf<Transform>()));
+    refuses(range(6, 0, four, fieldId<&Geometry::material>));
+    refuses(range(6, 33, four));
+    refuses(range(6, ~std::uint64_t{0}, four));
+    refuses(range(6, 0, Blob()));
+    refuses(range(6, 0, Blob::absent(four.id(), 4)));
     ChangeList lying = range(6, 0, four);
     lying.ranges[0].result = Blob::absent({1, 2}, 36);
-    says(lying, "what comes out is");
+    refuses(lying);
     ChangeList good = range(6, 32, four);
     ASSERT_TRUE(resolveRanges(aspect, good));
     EXPECT_EQ(good.ranges[0].result, *array.withRange(32, four.bytes()));
@@ -106,22 +99,21 @@ TEST(Refusals, OfRanges) {
     behind.ranges.push_back(range(6, 32, four).ranges[0]);
     ASSERT_TRUE(resolveRanges(aspect, behind));
     EXPECT_EQ(behind.ranges[1].result, good.ranges[0].result);
-    says(behind, "set a range of #99: there is no such object");
+    refuses(behind);
     // What does not fit is named in elements.
     ChangeList beyond = range(6, 36, four);
     const Expected<void> refused = resolveRanges(aspect, beyond);
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message.find("positions of #6 has 3 elements, numbered from 0"), std::string::npos)
-        << refused.error().message;
+    EXPECT_WORDS(refused.error().message);
     mustApply(aspect, good);
     EXPECT_EQ(aspect.get<Geometry>(ObjectId(6))->positions, good.ranges[0].result);
     // Behind a column of the same list that takes the array away.
     ChangeList both = Edits().value<Geometry>(6, positions, Blob()).take();
     both.ranges = range(6, 0, four).ranges;
-    says(both, "do not lie in its 0");
+    refuses(both);
     // An array that is not here needs a name.
     mustApply(aspect, Edits().value<Geometry>(6, positions, Blob::absent({3, 4}, 36)).take());
-    says(range(6, 0, four), "its array is not here");
+    refuses(range(6, 0, four));
     ChangeList unnamed = range(6, 0, four);
     EXPECT_FALSE(resolveRanges(aspect, unnamed));
 }
@@ -133,110 +125,91 @@ TEST(Refusals, OfWordsAndFlags) {
     list.columns.push_back(FieldColumn::ofShape(typeOf<Interest>(), fieldId<&Interest::enabled>, FieldKind::kBool, 1));
     list.columns[0].append(ObjectId(20), true);
     std::get<std::vector<std::uint8_t>>(list.columns[0].values)[0] = 2;
-    EXPECT_SAYS(list, "set Interest.enabled of #20: neither 0 nor 1");
-    EXPECT_SAYS(Edits().core<Interest>(20).value<Interest>(20, fieldId<&Interest::mode>, std::int64_t{6}).take(),
-                "6 is not between 0 and 5");
+    EXPECT_WORDS(message(list));
+    EXPECT_WORDS(
+        message(Edits().core<Interest>(20).value<Interest>(20, fieldId<&Interest::mode>, std::int64_t{6}).take()));
 }
 
 TEST(Refusals, OfColumns) {
-    EXPECT_SAYS(Edits().value<Transform>(99, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take(),
-                "set Transform.scale: of #99");
-    EXPECT_SAYS(Edits().value<Transform>(7, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take(),
-                "#7 is a Material");
-    EXPECT_SAYS(Edits().value<Transform>(5, FieldId(9), toValue(1.0)).take(), "Transform has no field 9");
-    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(1.0)).take(),
-                "it holds 3 double, not 1 double");
-    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3f(1, 1, 1))).take(), "not 3 float");
-    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, NAN, 1))).take(),
-                "set Transform.scale of #5: not a finite number");
-    EXPECT_SAYS(Edits().value<Material>(7, fieldId<&Material::roughness>, toValue(float(kInfinity))).take(),
-                "not a finite number");
-    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{0, 0, 0, 0}, 4}).take(),
-                "a rotation of zero");
-    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{1e-60, 0, 0, 0}, 4}).take(),
-                "a rotation of zero");
-    EXPECT_SAYS(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{1e200, 0, 0, 0}, 4}).take(),
-                "cannot be normalised");
-    EXPECT_SAYS(Edits().value<Node>(4, fieldId<&Node::name>, std::string(5000, 'x')).take(), "5000 bytes of text");
-    EXPECT_SAYS(Edits().value<Node>(4, fieldId<&Node::name>, std::string("\xC3(")).take(), "not UTF-8");
-    EXPECT_SAYS(Edits().core<Image>(20).value<Image>(20, fieldId<&Image::widthPx>, std::int64_t{-1}).take(),
-                "-1 is not between 0 and 65536");
-    EXPECT_SAYS(Edits().core<Camera>(20).value<Camera>(20, fieldId<&Camera::worldUnitsPerMetre>, toValue(0.0)).take(),
-                "not between");
+    EXPECT_WORDS(message(Edits().value<Transform>(99, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take()));
+    EXPECT_WORDS(message(Edits().value<Transform>(7, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take()));
+    EXPECT_WORDS(message(Edits().value<Transform>(5, FieldId(9), toValue(1.0)).take()));
+    EXPECT_WORDS(message(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(1.0)).take()));
+    EXPECT_WORDS(message(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3f(1, 1, 1))).take()));
+    EXPECT_WORDS(message(Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, NAN, 1))).take()));
+    EXPECT_WORDS(message(Edits().value<Material>(7, fieldId<&Material::roughness>, toValue(float(kInfinity))).take()));
+    EXPECT_WORDS(message(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{0, 0, 0, 0}, 4}).take()));
+    EXPECT_WORDS(
+        message(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{1e-60, 0, 0, 0}, 4}).take()));
+    EXPECT_WORDS(
+        message(Edits().value<Transform>(5, fieldId<&Transform::rotation>, Doubles{{1e200, 0, 0, 0}, 4}).take()));
+    EXPECT_WORDS(message(Edits().value<Node>(4, fieldId<&Node::name>, std::string(5000, 'x')).take()));
+    EXPECT_WORDS(message(Edits().value<Node>(4, fieldId<&Node::name>, std::string("\xC3(")).take()));
+    EXPECT_WORDS(message(Edits().core<Image>(20).value<Image>(20, fieldId<&Image::widthPx>, std::int64_t{-1}).take()));
+    EXPECT_WORDS(
+        message(Edits().core<Camera>(20).value<Camera>(20, fieldId<&Camera::worldUnitsPerMetre>, toValue(0.0)).take()));
 
     const auto look = [](FieldId field, const FieldValue& value) {
         return Edits().value<Material>(7, field, value).take();
     };
-    EXPECT_SAYS(look(fieldId<&Material::roughness>, toValue(9.0f)),
-                "set Material.roughness of #7: 9 is not between 0 and 1");
-    EXPECT_SAYS(look(fieldId<&Material::metallic>, toValue(-0.1f)),
-                "set Material.metallic of #7: -0.1 is not between 0 and 1");
-    EXPECT_SAYS(look(fieldId<&Material::baseColor>, toValue(Vec4f(1, 1, 1.5f, 1))),
-                "set Material.baseColor of #7: 1.5 is not between 0 and 1");
-    EXPECT_SAYS(look(fieldId<&Material::emissive>, toValue(Vec3f(0, -1, 0))),
-                "set Material.emissive of #7: -1 is not between 0 and 1000000000");
+    EXPECT_WORDS(message(look(fieldId<&Material::roughness>, toValue(9.0f))));
+    EXPECT_WORDS(message(look(fieldId<&Material::metallic>, toValue(-0.1f))));
+    EXPECT_WORDS(message(look(fieldId<&Material::baseColor>, toValue(Vec4f(1, 1, 1.5f, 1)))));
+    EXPECT_WORDS(message(look(fieldId<&Material::emissive>, toValue(Vec3f(0, -1, 0)))));
 
     ChangeList twice = Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take();
     twice.columns[0].append(ObjectId(5), toValue(Vec3d(2, 2, 2)));
-    EXPECT_SAYS(twice, "#5 twice");
+    EXPECT_WORDS(message(twice));
     ChangeList createdTwice =
         Edits().core<Transform>(20).value<Transform>(20, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take();
     createdTwice.columns[0].append(ObjectId(20), toValue(Vec3d(2, 2, 2)));
-    EXPECT_SAYS(createdTwice, "#20 twice");
+    EXPECT_WORDS(message(createdTwice));
     ChangeList sameColumn = Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take();
     sameColumn.columns.push_back(sameColumn.columns[0]);
-    EXPECT_SAYS(sameColumn, "this column twice");
+    EXPECT_WORDS(message(sameColumn));
     ChangeList ragged = Edits().value<Transform>(5, fieldId<&Transform::scale>, toValue(Vec3d(1, 1, 1))).take();
     ragged.columns[0].ids.push_back(ObjectId(5));
-    EXPECT_SAYS(ragged, "2 objects, but 3 scalars");
+    EXPECT_WORDS(message(ragged));
 }
 
 TEST(Refusals, OfRefs) {
-    EXPECT_SAYS(Edits().coreOfNode(4, 99).take(), "to #99: there is no such object");
-    EXPECT_SAYS(Edits().coreOfNode(4, 3).take(), "#3 is a Node, not a core");
-    EXPECT_SAYS(Edits().coreOfNode(4, 7).take(), "#7 is a Material, not a core");
-    EXPECT_SAYS(Edits().value<Geometry>(6, fieldId<&Geometry::material>, ObjectId(5)).take(),
-                "#5 is a Transform, not a Material");
-    EXPECT_SAYS(Edits().coreOfNode(4, kFirstPlaceholder + 1).take(), "placeholder 1");
+    EXPECT_WORDS(message(Edits().coreOfNode(4, 99).take()));
+    EXPECT_WORDS(message(Edits().coreOfNode(4, 3).take()));
+    EXPECT_WORDS(message(Edits().coreOfNode(4, 7).take()));
+    EXPECT_WORDS(message(Edits().value<Geometry>(6, fieldId<&Geometry::material>, ObjectId(5)).take()));
+    EXPECT_WORDS(message(Edits().coreOfNode(4, kFirstPlaceholder + 1).take()));
 }
 
 TEST(Refusals, OfDestructions) {
-    EXPECT_SAYS(Edits().gone(1).take(), "the root stays");
-    EXPECT_SAYS(Edits().gone(99).take(), "there is no such object");
-    EXPECT_SAYS(Edits().gone(2).take(), "has 2 children");
-    EXPECT_SAYS(Edits().gone(3).take(), "still below #2");
-    EXPECT_SAYS(Edits().gone(6).take(), "the Geometry is in use by 1 other");
-    EXPECT_SAYS(Edits().gone(7).take(), "the Material is in use by 1 other");
-    EXPECT_SAYS(Edits().under(4, 0).gone(4).gone(4).take(), "twice");
-    EXPECT_SAYS(Edits().core<Group>(20).coreOfNode(3, 20).gone(20).take(), "in use");
+    EXPECT_WORDS(message(Edits().gone(1).take()));
+    EXPECT_WORDS(message(Edits().gone(99).take()));
+    EXPECT_WORDS(message(Edits().gone(2).take()));
+    EXPECT_WORDS(message(Edits().gone(3).take()));
+    EXPECT_WORDS(message(Edits().gone(6).take()));
+    EXPECT_WORDS(message(Edits().gone(7).take()));
+    EXPECT_WORDS(message(Edits().under(4, 0).gone(4).gone(4).take()));
+    EXPECT_WORDS(message(Edits().core<Group>(20).coreOfNode(3, 20).gone(20).take()));
     // Two let go of it, one takes hold of it.
-    EXPECT_SAYS(Edits().coreOfNode(4, 0).coreOfNode(3, 6).gone(6).take(), "in use by 1 other");
+    EXPECT_WORDS(message(Edits().coreOfNode(4, 0).coreOfNode(3, 6).gone(6).take()));
 }
 
 /// Whoever wants something gone is told who holds it, as the list leaves it.
 TEST(Refusals, OfDestructionsNameWhoRefersToIt) {
-    const std::string three = pathOf(hall(), ObjectId(3)), four = pathOf(hall(), ObjectId(4));
-    EXPECT_SAYS(Edits().gone(6).take(), "in use by 1 other object: " + four + " (Node)");
-    EXPECT_SAYS(Edits().gone(7).take(), "in use by 1 other object: " + four + " (Geometry)");
-    EXPECT_SAYS(Edits().coreOfNode(4, 0).coreOfNode(3, 6).gone(6).take(),
-                "in use by 1 other object: " + three + " (Node)");
+    EXPECT_WORDS(message(Edits().gone(6).take()));
+    EXPECT_WORDS(message(Edits().gone(7).take()));
+    EXPECT_WORDS(message(Edits().coreOfNode(4, 0).coreOfNode(3, 6).gone(6).take()));
     Aspect many = hall();
     Edits more;
     for (const std::uint64_t id : {20, 21, 22, 23, 24})
         more.core<Geometry>(id).value<Geometry>(id, fieldId<&Geometry::material>, ObjectId(7));
     ASSERT_TRUE(many.apply(more.take()));
-    EXPECT_NE(refusalBy(std::move(many), Edits().gone(7).take())
-                  .message.find(": " + four + " (Geometry), #20 (Geometry), #21 (Geometry), and 3 more"),
-              std::string::npos);
-    EXPECT_SAYS(
-        Edits().core<Geometry>(20).value<Geometry>(20, fieldId<&Geometry::material>, ObjectId(7)).gone(7).take(),
-        "2 other objects: one that it creates, " + four + " (Geometry)");
+    EXPECT_WORDS(refusalBy(std::move(many), Edits().gone(7).take()).message);
+    EXPECT_WORDS(message(
+        Edits().core<Geometry>(20).value<Geometry>(20, fieldId<&Geometry::material>, ObjectId(7)).gone(7).take()));
 }
 
 TEST(Refusals, OfTooMuch) {
-    EXPECT_NE(
-        refusalBy(hall({.maxObjects = 8}), Edits().core<Group>(20).core<Group>(21).take()).message.find("limit of 8"),
-        std::string::npos);
+    EXPECT_WORDS(refusalBy(hall({.maxObjects = 8}), Edits().core<Group>(20).core<Group>(21).take()).message);
     EXPECT_EQ(refusalBy(hall({.maxChildren = 2}), Edits().node(20, "x", 2).take()).code, ErrorCode::kLimit);
     // root, hall, crane, 20: one too deep.
     EXPECT_EQ(refusalBy(hall({.maxDepth = 3}), Edits().node(20, "x", 3).take()).code, ErrorCode::kLimit);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/session/ClientSession.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/session/ServerFixture.h"
 
 namespace tessera {
@@ -35,8 +36,7 @@ TEST(Epochs, AServerClosesWhoSpeaksOfAnotherOneAndNamesBoth) {
         const FrameNumber frame = s.begin();
         s.take(s.session.received(a, other, message::Ready{frame, hashAfter(s.sequence), nullptr}, s.now));
         EXPECT_TRUE(s.closed(a));
-        EXPECT_NE(refusal(s, a).find("epoch " + std::to_string(other.value)), std::string::npos) << refusal(s, a);
-        EXPECT_NE(refusal(s, a).find("epoch 7"), std::string::npos) << refusal(s, a);
+        EXPECT_WORDS(refusal(s, a));
         EXPECT_FALSE(s.closed(b));
     }
 }
@@ -62,7 +62,7 @@ TEST(Epochs, WhatNoClockGivesRaisesNothing) {
         ServerFixture s(at(7_epoch));
         const ConnectionId liar = helloAfter(s, "a", Epoch(far));
         EXPECT_TRUE(s.closed(liar));
-        EXPECT_NE(refusal(s, liar).find(std::to_string(far)), std::string::npos) << refusal(s, liar);
+        EXPECT_WORDS(refusal(s, liar));
         EXPECT_EQ(s.session.epoch(), 7_epoch);
         EXPECT_FALSE(s.closed(s.hello("a"))) << "the name is free for its host";
     }
@@ -126,8 +126,7 @@ TEST(Epochs, AServerThatHasShownPicturesDoesNotOutbidOneThatTookOver) {
     const ConnectionId back = helloAfter(s, "a", 9_epoch);  // it was welcomed elsewhere meanwhile
     EXPECT_EQ(s.session.epoch(), 7_epoch);
     EXPECT_TRUE(s.closed(back));
-    EXPECT_NE(refusal(s, back).find("epoch 7"), std::string::npos) << refusal(s, back);
-    EXPECT_NE(refusal(s, back).find("epoch 9"), std::string::npos) << refusal(s, back);
+    EXPECT_WORDS(refusal(s, back));
     EXPECT_NE(s.state("a"), HostState::kJoining);
 }
 
@@ -161,8 +160,7 @@ TEST(Epochs, AHostLeavesAServerThatIsOlderThanOneItHasSeen) {
     const auto* left = disconnectIn(actions);
     ASSERT_NE(left, nullptr);
     EXPECT_TRUE(left->retry);
-    EXPECT_NE(left->reason.find("epoch 8"), std::string::npos) << left->reason;
-    EXPECT_NE(left->reason.find("epoch 9"), std::string::npos) << left->reason;
+    EXPECT_WORDS(left->reason);
 }
 
 TEST(Epochs, AHostComesBackToTheSameServer) {
@@ -180,8 +178,7 @@ TEST(Epochs, AHostRefusesMessagesOfAnotherOneAndNamesBoth) {
         const ClientActions actions = client.received(ChannelKind::kControl, 8_epoch, message, TimePoint(1s));
         const auto* left = disconnectIn(actions);
         ASSERT_NE(left, nullptr) << nameOf(message);
-        EXPECT_NE(left->reason.find("epoch 8"), std::string::npos) << left->reason;
-        EXPECT_NE(left->reason.find("epoch 9"), std::string::npos) << left->reason;
+        EXPECT_WORDS(left->reason);
     }
 }
 

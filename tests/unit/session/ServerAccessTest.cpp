@@ -5,6 +5,8 @@
 
 #include "ServerFixture.h"
 
+#include "tests/support/words/Words.h"
+
 namespace tessera {
 namespace {
 
@@ -67,15 +69,14 @@ TEST(ServerAccess, OthersOfThisMachineAreRefusedInWordsAndDoNotComeAgain) {
     Gated s;
     for (const PeerRole role : {PeerRole::kApplication, PeerRole::kHost}) {
         const ConnectionId without = s.knock("", kHere, role);
-        EXPECT_NE(s.refusalOf(without).find("(ada)"), std::string::npos) << s.refusalOf(without);
-        EXPECT_NE(s.refusalOf(without).find("--token-file"), std::string::npos);
+        EXPECT_WORDS(s.refusalOf(without));
         EXPECT_FALSE(s.sent<message::Refused>(without)[0].retry);
         // A wrong word lets nobody in, wherever they are.
         for (const PeerOrigin& from : {kHere, kElsewhere, kSealed})
             EXPECT_NE(s.refusalOf(s.knock("guessed", from, role)), "");
     }
     for (const std::string word : {"looks", "changes"})
-        EXPECT_NE(s.refusalOf(s.knock(word, kHere, PeerRole::kHost)).find("operator"), std::string::npos);
+        EXPECT_WORDS(s.refusalOf(s.knock(word, kHere, PeerRole::kHost)));
     EXPECT_TRUE(s.actions<server_action::ApplicationJoined>().empty());
 }
 
@@ -85,7 +86,7 @@ TEST(ServerAccess, FromElsewhereNobodyComesInPlainly) {
     for (const char* word : {"", "looks", "changes", "runs", "guessed"})
         for (const PeerRole role : {PeerRole::kApplication, PeerRole::kHost}) {
             const ConnectionId plain = s.knock(word, kElsewhere, role);
-            EXPECT_NE(s.refusalOf(plain).find("tessera-keys"), std::string::npos) << s.refusalOf(plain);
+            EXPECT_WORDS(s.refusalOf(plain));
             const auto refused = s.sent<message::Refused>(plain);
             ASSERT_EQ(refused.size(), 1u);
             EXPECT_FALSE(refused[0].retry);
@@ -105,22 +106,19 @@ TEST(ServerAccess, AKeySaysWhoComesAndNothingElseDoes) {
             EXPECT_EQ(s.actions<server_action::ApplicationJoined>()[0].who.role, role);
         }
     s.forget();
-    const auto refused = [&](const PeerOrigin& from, PeerRole role, const std::string& name, const char* words) {
-        const std::string said = s.refusalOf(s.knock("runs", from, role, name));
-        EXPECT_NE(said.find(words), std::string::npos) << said;
+    const auto refused = [&](const PeerOrigin& from, PeerRole role, const std::string& name) {
+        EXPECT_WORDS(s.refusalOf(s.knock("runs", from, role, name)));
     };
-    refused(with(hostOf("b")), PeerRole::kHost, "a", "the key is of the host 'b', and not of 'a'");
-    refused(with(hostOf("a")), PeerRole::kApplication, "a", "lets in no application");
-    refused(with(person(Role::kOperator)), PeerRole::kHost, "a", "lets in no render host");
-    refused(with({.wall = "cave", .kind = Identity::Kind::kServer, .name = {}}), PeerRole::kHost, "a",
-            "no render host");
-    refused(with({.wall = "cave", .kind = Identity::Kind::kServer, .name = {}}), PeerRole::kApplication, "",
-            "no application");
-    refused(with(hostOf("a"), "it has been revoked"), PeerRole::kHost, "a", "it has been revoked");
-    refused(with(person(Role::kOperator), "it has ended"), PeerRole::kApplication, "", "it has ended");
-    refused(kSealed, PeerRole::kHost, "a", "tessera-keys host a");
+    refused(with(hostOf("b")), PeerRole::kHost, "a");
+    refused(with(hostOf("a")), PeerRole::kApplication, "a");
+    refused(with(person(Role::kOperator)), PeerRole::kHost, "a");
+    refused(with({.wall = "cave", .kind = Identity::Kind::kServer, .name = {}}), PeerRole::kHost, "a");
+    refused(with({.wall = "cave", .kind = Identity::Kind::kServer, .name = {}}), PeerRole::kApplication, "");
+    refused(with(hostOf("a"), "it has been revoked"), PeerRole::kHost, "a");
+    refused(with(person(Role::kOperator), "it has ended"), PeerRole::kApplication, "");
+    refused(kSealed, PeerRole::kHost, "a");
     EXPECT_TRUE(s.actions<server_action::ApplicationJoined>().empty());
-    EXPECT_EQ(s.refusalOf(s.knock("", kSealed)).substr(0, 40), "nobody comes in without a key or a token");
+    EXPECT_WORDS(s.refusalOf(s.knock("", kSealed)));
     EXPECT_EQ(s.refusalOf(s.knock("", with(hostOf("a")), PeerRole::kHost, "a")), "");
     EXPECT_EQ(s.state("a"), HostState::kJoining);
 }
@@ -220,13 +218,11 @@ TEST(ServerAccess, WhoCameInByATokenThatWasRenewedGoesAndComesAgainWithANewOne) 
     EXPECT_TRUE(s.actions<server_action::ApplicationLeft>().empty());
     s.session.renewAccess({{"looks-anew", "changes", "runs-anew"}, "the-door"});
     s.run(1s, all);
-    for (const ConnectionId ended : {viewer, host})
-        EXPECT_NE(s.refusalOf(ended).find("its token has ended"), std::string::npos) << s.refusalOf(ended);
+    for (const ConnectionId ended : {viewer, host}) EXPECT_WORDS(s.refusalOf(ended));
     for (const ConnectionId stays : {editor, door, key}) EXPECT_EQ(s.refusalOf(stays), "");
     EXPECT_EQ(s.actions<server_action::ApplicationLeft>().size(), 1u);
     EXPECT_EQ(s.state("a"), HostState::kLost);
-    EXPECT_NE(s.refusalOf(s.knock("looks", kHere)).find("the token is not this server's, or has ended"),
-              std::string::npos);
+    EXPECT_WORDS(s.refusalOf(s.knock("looks", kHere)));
     EXPECT_EQ(s.refusalOf(s.knock("looks-anew", kHere)), "");
     EXPECT_EQ(s.refusalOf(s.knock("runs-anew", kHere, PeerRole::kHost)), "");
     EXPECT_EQ(s.state("a"), HostState::kJoining);
@@ -309,7 +305,7 @@ TEST(ServerAccess, OfOneNameThereAreNoMoreThanLeaveRoomForOthers) {
     const auto come = [&](const PeerOrigin& from, const std::string& word) {
         for (int count = 0;; ++count)
             if (const std::string refused = s.refusalOf(s.knock(word, from)); !refused.empty()) {
-                EXPECT_NE(refused.find("already"), std::string::npos) << refused;
+                EXPECT_WORDS(refused);
                 return count;
             }
     };

@@ -15,8 +15,6 @@
 #include "common/cores/Animation.h"
 #include "common/cores/DistanceLOD.h"
 #include "common/cores/Image.h"
-#include "common/cores/Inline.h"
-#include "common/cores/Manipulator.h"
 #include "common/cores/Movie.h"
 #include "common/cores/ParticleEmitter.h"
 #include "common/cores/Skin.h"
@@ -280,33 +278,6 @@ TEST(Actors, OfAnimationAndLevelsTheLaterRowChoosesTheLevel) {
     contest.frame();
     EXPECT_EQ(static_cast<std::uint64_t>(contest.at<Node>(node).levels),
               contest.later("animations", "levels") == "levels" ? 0x0101010101010101u : 2u);
-}
-
-TEST(Actors, OfAnimationAndHandleSizesTheLaterRowSaysHowLargeHandlesAre) {
-    Contest contest;
-    const ObjectId thing = contest.make.node("thing", kRootNode, contest.make.transform({0, 0, -5}));
-    contest.make.node("box", thing, contest.make.box({1, 1, 1}));
-    const ObjectId core = contest.make.create<Manipulator>();
-    setField<&Manipulator::target>(contest.make.builder, core, thing);
-    setField<&Manipulator::pixels>(contest.make.builder, core, 80.0);
-    contest.make.node("handle", kRootNode, core);
-    contest.animate(core, "sizes", {123, 123, 123, 123});
-    contest.begin();
-    contest.frame();
-    EXPECT_EQ(contest.at<Manipulator>(core).sizes.x() == 123,
-              contest.later("animations", "handle sizes") == "animations");
-}
-
-TEST(Actors, OfAnimationAndInlinesTheLaterRowSaysHowALoadGoes) {
-    Contest contest;
-    const ObjectId core = contest.make.create<Inline>();
-    setField<&Inline::file>(contest.make.builder, core, std::string("part.tsct"));
-    contest.make.node("inline", kRootNode, core);
-    contest.animate(core, "state", {static_cast<double>(LoadWords::kFailed)});
-    contest.begin();
-    contest.frame();
-    EXPECT_EQ(contest.at<Inline>(core).state,
-              contest.later("animations", "inlines") == "inlines" ? LoadWords::kLoading : LoadWords::kFailed);
 }
 
 TEST(Actors, OfAnimationAndSkinsTheLaterRowSaysTheSkinsPose) {

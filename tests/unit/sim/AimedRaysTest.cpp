@@ -1,6 +1,7 @@
 // Rays that applications aim along, of whatever length.
 #include <gtest/gtest.h>
 
+#include "tests/support/words/Words.h"
 #include "tests/unit/sim/DeskStage.h"
 
 namespace tessera {
@@ -39,7 +40,7 @@ TEST_F(AimedRays, WithoutADirectionAreRefusedInWords) {
     const auto picked = pick({.origin = Vec3d::Zero(), .direction = Vec3d::Zero()});
     ASSERT_FALSE(picked);
     EXPECT_EQ(picked.error().code, ErrorCode::kBadInput);
-    EXPECT_NE(picked.error().message.find("direction"), std::string::npos) << picked.error().message;
+    EXPECT_WORDS(picked.error().message);
 }
 
 }  // namespace

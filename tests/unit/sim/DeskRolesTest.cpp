@@ -7,6 +7,7 @@
 
 #include "common/codec/ChangeCodec.h"
 #include "common/request/Catalogue.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/sim/DeskStage.h"
 
 namespace tessera {
@@ -77,15 +78,14 @@ TEST_F(DeskRoles, WhatMayNotBeSaidIsRefusedBeforeItIsRead) {
     for (const RequestText& request : allRequests()) {
         if (request.info.role == Role::kViewer) continue;
         const Bytes said = member(request.info.number, rubbish);
-        EXPECT_NE(answerTo(viewer, said).find("; this link is of a viewer"), std::string::npos) << request.info.name;
+        EXPECT_WORDS(answerTo(viewer, said));
         const bool mayEditor = request.info.role == Role::kEditor;
         EXPECT_EQ(answerTo(editor, said).find("; this link is of an editor") == std::string::npos, mayEditor)
             << request.info.name;
         for (const bool first : {true, false}) {
             Bytes both = first ? said : status;
             both.insert(both.end(), (first ? status : said).begin(), (first ? status : said).end());
-            EXPECT_NE(answerTo(viewer, both).find("; this link is of a viewer"), std::string::npos)
-                << request.info.name;
+            EXPECT_WORDS(answerTo(viewer, both));
         }
     }
 }
@@ -140,11 +140,10 @@ TEST_F(DeskRoles, ArraysAreReadInPiecesByTheirNames) {
     const auto few = ask({.blob = toHex(array.id()), .offset = bytes.size() - 3, .length = 10});
     ASSERT_TRUE(few);
     EXPECT_EQ(few->bytes.size(), 3u);
-    EXPECT_NE(ask({.blob = toHex(array.id()), .offset = bytes.size() + 1}).error().message.find("offset"),
-              std::string::npos);
-    EXPECT_NE(ask({.blob = "abc"}).error().message.find("32 hexadecimal digits"), std::string::npos);
-    EXPECT_NE(ask({.blob = std::string(32, 'f')}).error().message.find("nothing holds"), std::string::npos);
-    EXPECT_NE(ask({.blob = toHex(array.id()), .length = 1'000'000}).error().message.find("length"), std::string::npos);
+    EXPECT_WORDS(ask({.blob = toHex(array.id()), .offset = bytes.size() + 1}).error().message);
+    EXPECT_WORDS(ask({.blob = "abc"}).error().message);
+    EXPECT_WORDS(ask({.blob = std::string(32, 'f')}).error().message);
+    EXPECT_WORDS(ask({.blob = toHex(array.id()), .length = 1'000'000}).error().message);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "server/sim/StartScene.h"
 #include "server/sim/commit/Committer.h"
 #include "server/sim/frame/InlineContents.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/import/ImportFixture.h"
 
 namespace tessera {
@@ -80,13 +81,11 @@ constexpr const char* kBox = R"(node { name: "box" box { size { x: 1 y: 1 z: 1 }
 
 TEST_F(InlineFiles, LieWhereTheServerMayReadThem) {
     const std::string file = scratch.write("in/a.tsct", kBox);
-    EXPECT_NE(trouble(file).find("the server may not read"), std::string::npos);
+    EXPECT_WORDS(trouble(file));
     EXPECT_EQ(trouble(file, {}, {scratch.path("in")}), "");
-    EXPECT_NE(trouble(file, {}, {}, {scratch.path("in/scene.tsct")}).find("may not read"), std::string::npos)
-        << "beside a scene that does not name it";
-    EXPECT_NE(trouble(file, {}, {}, {"/scene.tsct"}).find("may not read"), std::string::npos)
-        << "beside a scene in the root folder is everything";
-    EXPECT_NE(trouble("a.tsct", {}, {scratch.path("in")}).find("whole path"), std::string::npos);
+    EXPECT_WORDS(trouble(file, {}, {}, {scratch.path("in/scene.tsct")}));
+    EXPECT_WORDS(trouble(file, {}, {}, {"/scene.tsct"}));
+    EXPECT_WORDS(trouble("a.tsct", {}, {scratch.path("in")}));
     EXPECT_NE(trouble(scratch.path("in/none.tsct"), {}, {scratch.path("in")}), "");
     EXPECT_NE(trouble("asset://no such thing.glb"), "");
     scratch.write("in/bad.tsct", "node { nonsense");
@@ -94,7 +93,7 @@ TEST_F(InlineFiles, LieWhereTheServerMayReadThem) {
     // A link leads out of the folder.
     scratch.write("out/b.tsct", kBox);
     std::filesystem::create_symlink(scratch.path("out/b.tsct"), scratch.path("in/link.tsct"));
-    EXPECT_NE(trouble(scratch.path("in/link.tsct"), {}, {scratch.path("in")}).find("may not read"), std::string::npos);
+    EXPECT_WORDS(trouble(scratch.path("in/link.tsct"), {}, {scratch.path("in")}));
 }
 
 TEST_F(InlineFiles, ThatAScenesFilesNameAreReadAndNoneBesideThem) {
@@ -147,10 +146,8 @@ TEST_F(InlineFiles, ThatInlineThemselvesAreRefusedWhateverTheyAreCalled) {
     const std::vector<std::string> allowed{scratch.path("")};
     for (const std::string& name :
          {a, scratch.path("./a.tsct"), scratch.path("sub/../a.tsct"), scratch.path("other.tsct")}) {
-        EXPECT_NE(trouble(name, {a, b}, allowed).find("inlines itself: " + a + " → " + b + " → " + name),
-                  std::string::npos)
-            << name;
-        EXPECT_NE(trouble(a, {name}, allowed).find("inlines itself"), std::string::npos) << name;
+        EXPECT_WORDS(trouble(name, {a, b}, allowed));
+        EXPECT_WORDS(trouble(a, {name}, allowed));
     }
     EXPECT_EQ(trouble(b, {a}, allowed), "");
     // In one file, and through others: the rest of the scene is there.
@@ -199,8 +196,7 @@ TEST_F(InlineFiles, SceneTextIsRefusedWhereItMakesNoSense) {
     for (const char* text : {"inline { }", R"(inline { file: "/etc/passwd" })", R"(inline { file: "../a.tsct" })",
                              R"(inline { file: "a.tsct" } node {})", R"(proxy_group { file: "a.tsct" lower { y: 1 } })",
                              R"(inline { file: "a.tsct" distance: -1 })", R"(inline { file: "a.tsct" distance: nan })"})
-        EXPECT_NE(refusal(std::string("node { ") + text + " }").find("bad.tsct:1:"), std::string::npos)
-            << text << ": " << refusal(std::string("node { ") + text + " }");
+        EXPECT_WORDS(refusal(std::string("node { ") + text + " }"));
     EXPECT_EQ(refusal(R"(node { inline { file: "a.tsct" load: NEAR distance: 3 wanted: true } })"), "");
 }
 

@@ -6,6 +6,7 @@
 #include "common/cores/Transform.h"
 #include "server/rules/NameCheck.h"
 #include "server/sim/commit/Committer.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -37,9 +38,8 @@ TEST(NameCheck, AnEditCannotBreakTheLinesOfAList) {
     EXPECT_EQ(refusalOf(""), "");
     EXPECT_EQ(refusalOf("Kräne → 起重机"), "");
     for (const char* name : {"a\nb", "\ra", "a\t", "\x1b[2J", "a\x7f", "a\u0085", "\u009b31m", "a\u2028b", "\u2029"})
-        EXPECT_NE(refusalOf(name).find(": its name has a line break or another control character"), std::string::npos)
-            << refusalOf(name);
-    EXPECT_NE(refusalOf("a\xff\n").find("not UTF-8"), std::string::npos);
+        EXPECT_WORDS(refusalOf(name));
+    EXPECT_WORDS(refusalOf("a\xff\n"));
 }
 
 /// A saved scene whose root had a name came back a level deeper: every path in it was another one.
@@ -77,10 +77,9 @@ TEST(NameCheck, TheRootHasNoCore) {
         "Node #1: it is the root, which has no core: all places and paths begin there; give it to a node below it");
     EXPECT_EQ(given(ObjectId{}), "");
     EXPECT_EQ(committer.scene().root().core, ObjectId{});
-    EXPECT_NE(given(ObjectId{7}).find("it is the root, which has no core"), std::string::npos);
+    EXPECT_WORDS(given(ObjectId{7}));
     builder.create(kNamed, typeOf<Transform>());
-    EXPECT_NE(given(kNamed).find("it is the root, which has no core"), std::string::npos)
-        << "one made in the same edit";
+    EXPECT_WORDS(given(kNamed));
 }
 
 TEST(NameCheck, OfEveryCharacterItIsSaidWhetherItIsOneAndWhatStandsForItIsNone) {

@@ -54,6 +54,17 @@ TEST_F(OpenEditsBook, AnEditIsTakenOnceAndToldOnce) {
     EXPECT_EQ(edits.countOf(application).edits, 0u);
 }
 
+/// A Begin carries them all.
+TEST_F(OpenEditsBook, LargeProposalsOpenSeveralFrames) {
+    const std::size_t each = limits.maxFrameBytes / 3;
+    for (std::uint64_t i = 1; i <= 7; ++i)
+        EXPECT_FALSE(told(edits.enter({.asker = asker(i), .edit = oneNode(), .bytes = each}, {}, server.now)));
+    std::vector<std::size_t> taken;
+    for (std::vector<Edit> next = edits.takeEdits(); !next.empty(); next = edits.takeEdits())
+        taken.push_back(next.size());
+    EXPECT_EQ(taken, (std::vector<std::size_t>{3, 3, 1}));
+}
+
 TEST_F(OpenEditsBook, WhatIsRefusedIsToldWhyAndIsOpenNoMore) {
     trouble = Error{ErrorCode::kFailed, "the disk is full"};
     EXPECT_EQ(told(edits.enter({.asker = asker(), .edit = oneNode()}, {}, server.now)), "the disk is full");

@@ -14,6 +14,7 @@
 #include "common/scene/WrittenByServer.h"
 #include "server/programs/ProgramTrials.h"
 #include "server/sim/frame/Simulation.h"
+#include "tests/support/words/Words.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
@@ -79,7 +80,7 @@ TEST_F(ProgramTrialsTest, VerdictsAreWhatTheChildSays) {
 TEST_F(ProgramTrialsTest, WhoCannotTrySaysSoOnceAndNothingIsDrawn) {
     EXPECT_EQ(verdictBy("printf 'cannot there is no OSMesa'").verdict, SurfaceProgram::kUntried);
     ASSERT_EQ(remarks_.size(), 1u);
-    EXPECT_NE(remarks_[0].find("there is no OSMesa"), std::string::npos);
+    EXPECT_WORDS(remarks_[0]);
     Aspect scene = sceneOf({.surface = "a text"});
     ProgramTrials none("/nowhere/tessera-try-program");
     none.update(scene, nullptr);
@@ -204,20 +205,15 @@ TEST(ServersFields, NobodyElseSetsWhatTheServerFoundOut) {
         list.set(made.at(typeOf<T>()), typeOf<T>(), field, value);
         return list.take();
     };
-    const std::vector<std::pair<std::function<ChangeList()>, std::string>> wrong = {
-        {[&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::verdict>, toValue(SurfaceProgram::kGood)); },
-         "the server alone says the verdict of a SurfaceProgram"},
-        {[&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::problem>, toValue(std::string("x"))); },
-         "the server alone says the problem of a SurfaceProgram"},
-        {[&] { return saying(Movie(), fieldId<&Movie::problem>, toValue(std::string())); },
-         "the server alone says the problem of a Movie"},
-        {[&] { return saying(Manipulator(), fieldId<&Manipulator::held>, toValue(std::int64_t{2})); },
-         "the server alone says the held of a Manipulator"},
-        {[&] { return saying(Manipulator(), fieldId<&Manipulator::sizes>, toValue(Vec4f(1, 2, 0, 0))); },
-         "the server alone says the sizes of a Manipulator"},
+    const std::vector<std::function<ChangeList()>> wrong = {
+        [&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::verdict>, toValue(SurfaceProgram::kGood)); },
+        [&] { return saying(SurfaceProgram(), fieldId<&SurfaceProgram::problem>, toValue(std::string("x"))); },
+        [&] { return saying(Movie(), fieldId<&Movie::problem>, toValue(std::string())); },
+        [&] { return saying(Manipulator(), fieldId<&Manipulator::held>, toValue(std::int64_t{2})); },
+        [&] { return saying(Manipulator(), fieldId<&Manipulator::sizes>, toValue(Vec4f(1, 2, 0, 0))); },
     };
-    for (const auto& [list, message] : wrong) {
-        EXPECT_NE(problemOf(list()).find(message), std::string::npos) << problemOf(list());
+    for (const auto& list : wrong) {
+        EXPECT_WORDS(problemOf(list()));
         EXPECT_EQ(problemOf(list(), false), "") << "the server itself";
     }
     EXPECT_EQ(problemOf(saying(Movie(), fieldId<&Movie::problem>, toValue(std::string()))), "") << "as it is";
@@ -249,8 +245,7 @@ TEST(ServersFields, WhatIsMarkedAsTheServersIsRefusedOfOthers) {
             saying.set(made, type.type, field.id, value);
             const auto refused = edit(saying.take());
             ASSERT_FALSE(refused) << type.name << "." << field.name;
-            EXPECT_NE(refused.error().message.find("the server alone says"), std::string::npos)
-                << refused.error().message;
+            EXPECT_WORDS(refused.error().message);
             EXPECT_NE(refused.error().message.find(known->instead), std::string::npos) << refused.error().message;
             ++asked;
         }
@@ -275,8 +270,11 @@ TEST(ProgramVerdicts, TooMuchIsRefusedInWords) {
         }
         list.create(ObjectId(kFirstPlaceholder), typeOf<Material>());
         setAllFields(list, ObjectId(kFirstPlaceholder), Object::of(material));
-        EXPECT_EQ(problemOf(list.take()).find("5 passes, and 4 may be") != std::string::npos,
-                  passes > Material::kMostPasses);
+        const std::string problem = problemOf(list.take());
+        if (passes > Material::kMostPasses)
+            EXPECT_WORDS(problem);
+        else
+            EXPECT_EQ(problem, "");
     }
 }
 
@@ -293,7 +291,7 @@ TEST(ProgramVerdicts, AMaterialIsNoPassOfItself) {
     Material own;
     own.passes.push_back(ObjectId(kFirstPlaceholder));
     setAllFields(made, ObjectId(kFirstPlaceholder), Object::of(own));
-    EXPECT_NE(problemOf(made.take()).find("it is among its own passes"), std::string::npos);
+    EXPECT_WORDS(problemOf(made.take()));
     for (const bool itself : {true, false}) {
         ChangeListBuilder list;
         Material material;
@@ -329,12 +327,10 @@ TEST_F(ProgramTrialsTest, WhatHoldsAHostUpIsHeavyUntilItIsSaidAgain) {
     EXPECT_EQ(verdictOf(kProgram), SurfaceProgram::kHeavy);
     EXPECT_EQ(verdictOf(kTwin), SurfaceProgram::kHeavy);
     EXPECT_EQ(verdictOf(kOther), SurfaceProgram::kGood);
-    EXPECT_NE(scene.get<SurfaceProgram>(kProgram)->problem.find("held up host left for 500 ms"), std::string::npos)
-        << scene.get<SurfaceProgram>(kProgram)->problem;
+    EXPECT_WORDS(scene.get<SurfaceProgram>(kProgram)->problem);
     EXPECT_EQ(trials.takeRemarks().size(), 2u) << "said once each";
     ASSERT_EQ(trials.troubles(scene).size(), 2u);
-    EXPECT_NE(trials.troubles(scene)[0].find("SurfaceProgram #2 is heavy: it held up"), std::string::npos)
-        << trials.troubles(scene)[0];
+    EXPECT_WORDS(trials.troubles(scene)[0]);
     // Hosts that have not heard of it yet say it again.
     trials.heldUp(kProgram, "right", 500, FrameNumber{1});
     EXPECT_TRUE(trials.verdicts(scene).empty());

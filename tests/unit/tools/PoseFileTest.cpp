@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tests/support/words/Words.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
@@ -70,9 +71,9 @@ TEST(PoseFile, NormalisesQuaternionsOfAnyLength) {
 TEST(PoseFile, SaysWhichLineHasTheWrongCount) {
     EXPECT_EQ(refusal("0 0 0 1 0 0 0\n\n1 2 3\n"),
               "some.poses:3: 3 numbers; a pose has 7 (tx ty tz qw qx qy qz), a motion 14 (start and end)");
-    EXPECT_NE(refusal("0 0 0 1 0 0 0 0\n").find("some.poses:1: 8 numbers"), std::string::npos);
-    EXPECT_NE(refusal("1\n").find("1 number;"), std::string::npos);
-    EXPECT_NE(refusal("1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1\n").find("16 numbers"), std::string::npos);
+    EXPECT_WORDS(refusal("0 0 0 1 0 0 0 0\n"));
+    EXPECT_WORDS(refusal("1\n"));
+    EXPECT_WORDS(refusal("1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1\n"));
 }
 
 TEST(PoseFile, SaysWhichWordIsNoNumber) {
@@ -86,7 +87,7 @@ TEST(PoseFile, RefusesWhatIsNotFinite) {
     EXPECT_EQ(refusal("0 0 nan 1 0 0 0"), "some.poses:1: 'nan' is not finite");
     EXPECT_EQ(refusal("0 -inf 0 1 0 0 0"), "some.poses:1: '-inf' is not finite");
     EXPECT_EQ(refusal("0 1e999 0 1 0 0 0"), "some.poses:1: '1e999' is beyond the range of double");
-    EXPECT_NE(refusal("0 1e200 0 1 0 0 0").find("the translation is larger than 1e+50"), std::string::npos);
+    EXPECT_WORDS(refusal("0 1e200 0 1 0 0 0"));
 }
 
 TEST(PoseFile, RefusesAQuaternionWithoutLength) {
@@ -105,7 +106,7 @@ TEST(PoseFile, ThatIsMissingOrAFolderSaysSo) {
     const auto missing = readPoses(folder / "none.poses");
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
-    EXPECT_NE(missing.error().message.find("none.poses"), std::string::npos);
+    EXPECT_WORDS(missing.error().message);
     const auto aFolder = readPoses(folder.path());
     ASSERT_FALSE(aFolder);
     EXPECT_EQ(aFolder.error().code, ErrorCode::kBadInput);

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "tests/support/words/Words.h"
 #include "tests/unit/TestFolder.h"
 
 namespace tessera {
@@ -47,7 +48,7 @@ TEST_F(SceneTriangles, PointsOfAFileStandInTheWorldWithTheirRadius) {
     EXPECT_EQ(cloud->places[2], Vec3d(0, 0, 2));
     const auto none = points("box.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     ASSERT_FALSE(none);
-    EXPECT_NE(none.error().message.find("no points"), std::string::npos);
+    EXPECT_WORDS(none.error().message);
 }
 
 TEST_F(SceneTriangles, WhatIsMissingIsRefusedAndWhatMayBeCutIsSaid) {
@@ -58,8 +59,7 @@ TEST_F(SceneTriangles, WhatIsMissingIsRefusedAndWhatMayBeCutIsSaid) {
     for (const char* wrong : {"p 1\np 2\np 7\n", "p 1\np 2\np 3\nf 1 2 9\n"}) {
         const auto refused = points("wrong.obj", cloud + wrong);
         ASSERT_FALSE(refused) << wrong;
-        EXPECT_NE(refused.error().message.find("names none of the 3 vertices"), std::string::npos)
-            << refused.error().message;
+        EXPECT_WORDS(refused.error().message);
     }
     const auto notesOf = [&](const std::string& name, const std::string& text) {
         std::vector<std::string> notes;
@@ -71,7 +71,7 @@ TEST_F(SceneTriangles, WhatIsMissingIsRefusedAndWhatMayBeCutIsSaid) {
          {std::pair(std::string("cut.obj"), cloud + "f 1 2 3"), {std::string("cut.off"), off}}) {
         const std::vector<std::string> notes = notesOf(name, text);
         ASSERT_EQ(notes.size(), 1u) << name;
-        EXPECT_NE(notes[0].find("its last number may be cut off"), std::string::npos) << notes[0];
+        EXPECT_WORDS(notes[0]);
         EXPECT_TRUE(notesOf(name, text + "\n").empty()) << name;
     }
 }
@@ -150,26 +150,25 @@ TEST_F(SceneTriangles, HaveTheNearestFloatsOfTheFilesNumbers) {
 
 TEST_F(SceneTriangles, OfBrokenTextSayTheLine) {
     const struct {
-        const char *name, *text, *says;
-    } cases[] = {
-        {"a.obj", "v 0 0 0\nv 1 0\n", "line 2: a vertex with 2 coordinates"},
-        {"b.obj", "v 0 0 0\n\nf 1 2 1\n", "line 3: '2' names none of the 1 vertices so far"},
-        {"c.obj", "v 0 0 0\nf 0 1 1\n", "line 2: '0' names none"},
-        {"d.obj", "v 0 nan 0\n", "line 1: 'nan' is not a coordinate"},
-        {"e.obj", "v 0 1e39 0\n", "line 1: '1e39' is not a coordinate"},
-        {"f.obj", "v 0 0 0\nf -9 1 1\n", "line 2: '-9' names none"},
-        {"a.off", "OFF\n3 1 0\n0 0 0\n", "it ends after 1 vertices"},
-        {"b.off", "OFF\n1 1 0\n0 0 0\n3 0 0 1\n", "line 4: '1' names none of the 1 vertices"},
-        {"c.off", "OFF\n1 1 0\n0 0 0\n4000000000 0 0\n", "line 4: a face with fewer corners"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 2\n", "its header does not end"},
-        {"b.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n", "without x, y and z"},
-        {"a.stl", "solid s\nouter loop\nvertex 0 0\n", "line 3: a vertex with 2 coordinates"},
-        {"d.off", "3 1 0\n", "does not begin with OFF"}};
+        const char *name, *text;
+    } cases[] = {{"a.obj", "v 0 0 0\nv 1 0\n"},
+                 {"b.obj", "v 0 0 0\n\nf 1 2 1\n"},
+                 {"c.obj", "v 0 0 0\nf 0 1 1\n"},
+                 {"d.obj", "v 0 nan 0\n"},
+                 {"e.obj", "v 0 1e39 0\n"},
+                 {"f.obj", "v 0 0 0\nf -9 1 1\n"},
+                 {"a.off", "OFF\n3 1 0\n0 0 0\n"},
+                 {"b.off", "OFF\n1 1 0\n0 0 0\n3 0 0 1\n"},
+                 {"c.off", "OFF\n1 1 0\n0 0 0\n4000000000 0 0\n"},
+                 {"a.ply", "ply\nformat ascii 1.0\nelement vertex 2\n"},
+                 {"b.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n"},
+                 {"a.stl", "solid s\nouter loop\nvertex 0 0\n"},
+                 {"d.off", "3 1 0\n"}};
     for (const auto& c : cases) {
         const auto mesh = read(c.name, c.text);
         ASSERT_FALSE(mesh) << c.name;
         EXPECT_EQ(mesh.error().code, ErrorCode::kBadInput) << c.name;
-        EXPECT_NE(mesh.error().message.find(c.says), std::string::npos) << mesh.error().message;
+        EXPECT_WORDS(mesh.error().message);
     }
 }
 
@@ -194,16 +193,12 @@ TEST_F(SceneTriangles, OfAFileThatIsNotWholeAreRefused) {
     const std::string ply = head + faces + corners + triangle(0, 1, 2) + triangle(1, 3, 2);
     const struct {
         const char* name;
-        std::string whole, broken, says;
+        std::string whole, broken;
     } cases[] = {
-        {"a.stl", stl, stl.substr(0, 150),
-         "a.stl: its header announces 2 triangles, and 1 of them is there: it is cut off"},
-        {"a.ply", ply, ply.substr(0, ply.size() - 5),
-         "a.ply: its header announces 2 face (line 7), and 1 of them is there: it is cut off"},
-        {"b.ply", ply, head + faces + corners + triangle(0, 1, 2) + triangle(1, 3, 77),
-         "b.ply: mesh 0: 1 of 2 faces is left out; the first, number 1, names vertex 77 of 4"},
-        {"c.ply", ply, head + faces + corners + triangle(0, 1, 2) + std::string(1, '\0'),
-         "c.ply: 1 of 2 faces is left out; the first, number 1: it has no corners"},
+        {"a.stl", stl, stl.substr(0, 150)},
+        {"a.ply", ply, ply.substr(0, ply.size() - 5)},
+        {"b.ply", ply, head + faces + corners + triangle(0, 1, 2) + triangle(1, 3, 77)},
+        {"c.ply", ply, head + faces + corners + triangle(0, 1, 2) + std::string(1, '\0')},
     };
     for (const auto& c : cases) {
         const auto whole = read(c.name, c.whole);
@@ -212,23 +207,20 @@ TEST_F(SceneTriangles, OfAFileThatIsNotWholeAreRefused) {
         const auto broken = read(c.name, c.broken);
         ASSERT_FALSE(broken) << c.name << " has " << broken->faceCount();
         EXPECT_EQ(broken.error().code, ErrorCode::kBadInput);
-        EXPECT_NE(broken.error().message.find(c.says), std::string::npos) << broken.error().message;
+        EXPECT_WORDS(broken.error().message);
     }
     // Within a scene, too.
     (void)written("a.stl", stl.substr(0, 150));
     const auto imported = read("hall.tsct", "node { name: \"hall\" import { uri: \"a.stl\" } }\n");
     ASSERT_FALSE(imported) << imported->faceCount();
-    EXPECT_NE(imported.error().message.find("it is cut off"), std::string::npos) << imported.error().message;
+    EXPECT_WORDS(imported.error().message);
     // Points, in both kinds of PLY.
     for (const std::string& cloud : {head + "end_header\n" + corners.substr(0, 30),
                                      std::string("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty "
                                                  "float y\nproperty float z\nend_header\n0 0 0\n1 0 0\n")}) {
         const auto cut = points("cloud.ply", cloud);
         ASSERT_FALSE(cut) << cut->places.size();
-        EXPECT_NE(cut.error().message.find(
-                      "cloud.ply: its header announces 4 vertex (line 3), and 2 of them are there: it is cut off"),
-                  std::string::npos)
-            << cut.error().message;
+        EXPECT_WORDS(cut.error().message);
     }
 }
 
@@ -253,7 +245,7 @@ TEST_F(SceneTriangles, OfAFileWithoutAnyAreAnError) {
     const auto mesh = read("points.tsct", "node { name: \"nothing\" }");
     ASSERT_FALSE(mesh);
     EXPECT_EQ(mesh.error().code, ErrorCode::kBadInput);
-    EXPECT_NE(mesh.error().message.find("points.tsct"), std::string::npos);
+    EXPECT_WORDS(mesh.error().message);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "TrackerBytes.h"
 #include "server/sim/tracking/VrpnStream.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -86,8 +87,8 @@ TEST(VrpnStream, RefusesStrangersVersionsAndLies) {
         const auto read = stream.take(bytes);
         return read ? std::string() : read.error().message;
     };
-    EXPECT_NE(refused(test::bytesOf("HTTP/1.1 400 Bad Request")).find("does not speak VRPN"), std::string::npos);
-    EXPECT_NE(refused(vrpnCookie("vrpn: ver. 06.00  0")).find("another version"), std::string::npos);
+    EXPECT_WORDS(refused(test::bytesOf("HTTP/1.1 400 Bad Request")));
+    EXPECT_WORDS(refused(vrpnCookie("vrpn: ver. 06.00  0")));
     for (const std::uint32_t claim : {0u, 23u, 70'000u, 0x7fffffffu, 0xffffffffu}) {
         Bytes bytes = vrpnGreeting();
         append(bytes, vrpnMessage(5, 3, Bytes(64), claim));
@@ -101,7 +102,7 @@ TEST(VrpnStream, RefusesStrangersVersionsAndLies) {
     EXPECT_FALSE(refused(name).empty());
     Bytes names = vrpnCookie();
     for (int i = 0; i < 3000; ++i) append(names, vrpnName(i, kType, fmt::format("type {}", i)));
-    EXPECT_NE(refused(names).find("more than"), std::string::npos);
+    EXPECT_WORDS(refused(names));
 }
 
 TEST(VrpnStream, SurvivesMutatedBytes) {

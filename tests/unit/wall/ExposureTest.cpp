@@ -6,6 +6,7 @@
 
 #include "common/wall/Exposure.h"
 #include "common/wall/LightHistogram.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -35,7 +36,7 @@ TEST(Exposure, IsSaidInWords) {
     }
     EXPECT_EQ(exposureFault("3"), "");
     EXPECT_EQ(*parseToneMap("agx"), ToneMap::kAgx);
-    EXPECT_NE(parseToneMap("filmic").error().message.find("neutral, clamp, reinhard, aces, agx"), std::string::npos);
+    EXPECT_WORDS(parseToneMap("filmic").error().message);
 }
 
 TEST(LightHistogram, OneBrightnessBecomesTheMiddle) {

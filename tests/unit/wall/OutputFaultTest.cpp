@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "common/wall/Wall.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera {
 namespace {
@@ -39,7 +40,6 @@ std::string said(Wall wall, Change change) {
     EXPECT_EQ(fault->part, WallFault::Part::kTile);
     return fault->message;
 }
-#define EXPECT_TELLS(text, part) EXPECT_NE(std::string(text).find(part), std::string::npos) << text
 
 TEST(Outputs, ThatMakeSenseAreAccepted) {
     EXPECT_EQ(said(twoTiles(),
@@ -62,61 +62,49 @@ TEST(Outputs, ThatMakeSenseAreAccepted) {
 
 TEST(Outputs, ThatMakeNoneAreExplained) {
     const auto alone = [](auto change) { return said(twoTiles(), [&](TileOutput& a, TileOutput&) { change(a); }); };
-    EXPECT_TELLS(alone([](TileOutput& o) { o.widthPx = 100; }),
-                 "the output of column 0 row 0 of screen \"s\" (host \"a\") has one of width_px and height_px");
-    EXPECT_TELLS(alone([](TileOutput& o) {
-                     o.widthPx = -1;
-                     o.heightPx = 5;
-                 }),
-                 "1 to 16384");
-    EXPECT_TELLS(alone([](TileOutput& o) {
-                     o.widthPx = std::numeric_limits<int>::max();
-                     o.heightPx = 5;
-                 }),
-                 "1 to 16384");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.gain[1] = -0.1; }), "a gain of -0.1");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.gain[1] = std::numeric_limits<double>::quiet_NaN(); }), "a gain of nan");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.gamma[2] = 0; }), "a gamma of 0: 0.5 to 5");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.black = 0.5; }), "a black of 0.5");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.black = 0.01; }), "is not blended");
-    EXPECT_TELLS(alone([](TileOutput& o) {
-                     o.blend = true;
-                     o.blendPicture = share(Bytes(3));
-                 }),
-                 "one of them");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.blendPictureGamma = 0; }), "blend_picture_gamma of 0");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.monitor = "a\nb"; }), "cannot be seen");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.monitor = std::string(1000, 'm'); }), "longer than 256");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.warpFile = "a.warp"; }), "\"a.warp\", which is not there");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.blendFile = "a.png"; }), "\"a.png\", which is not there");
-    EXPECT_TELLS(alone([](TileOutput& o) {
-                     o.warp = std::make_shared<const WarpMesh>(WarpMesh{.columns = 2, .rows = 2, .nodes = {}});
-                 }),
-                 "has 0 nodes instead of 2 x 2");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.swapEyes = true; }), "swaps eyes without");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.stereo = StereoPacking::kRows; }), "eye: LEFT");
-    EXPECT_TELLS(alone([](TileOutput& o) { o.blend = true; }),
-                 "column 1 row 0 of screen \"s\" (host \"b\") is not blended, that of column 0 row 0 blended by ramps");
+    EXPECT_WORDS(alone([](TileOutput& o) { o.widthPx = 100; }));
+    EXPECT_WORDS(alone([](TileOutput& o) {
+        o.widthPx = -1;
+        o.heightPx = 5;
+    }));
+    EXPECT_WORDS(alone([](TileOutput& o) {
+        o.widthPx = std::numeric_limits<int>::max();
+        o.heightPx = 5;
+    }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.gain[1] = -0.1; }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.gain[1] = std::numeric_limits<double>::quiet_NaN(); }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.gamma[2] = 0; }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.black = 0.5; }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.black = 0.01; }));
+    EXPECT_WORDS(alone([](TileOutput& o) {
+        o.blend = true;
+        o.blendPicture = share(Bytes(3));
+    }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.blendPictureGamma = 0; }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.monitor = "a\nb"; }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.monitor = std::string(1000, 'm'); }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.warpFile = "a.warp"; }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.blendFile = "a.png"; }));
+    EXPECT_WORDS(alone([](TileOutput& o) {
+        o.warp = std::make_shared<const WarpMesh>(WarpMesh{.columns = 2, .rows = 2, .nodes = {}});
+    }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.swapEyes = true; }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.stereo = StereoPacking::kRows; }));
+    EXPECT_WORDS(alone([](TileOutput& o) { o.blend = true; }));
 }
 
 TEST(Outputs, OfTwoEyesBelongToOneHost) {
-    EXPECT_TELLS(said(twoEyes(), [](TileOutput&, TileOutput& right) { right.stereo = StereoPacking::kRows; }),
-                 "eye: LEFT");
-    EXPECT_TELLS(said(twoEyes(),
-                      [](TileOutput& left, TileOutput& right) {
-                          left.stereo = StereoPacking::kRows;
-                          right.flipX = true;
-                      }),
-                 "the left one's holds for both");
-    EXPECT_TELLS(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kSideBySide; }),
-                 "101 pixels wide: SIDE_BY_SIDE");
-    EXPECT_TELLS(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kTopBottom; }),
-                 "51 pixels high: TOP_BOTTOM");
+    EXPECT_WORDS(said(twoEyes(), [](TileOutput&, TileOutput& right) { right.stereo = StereoPacking::kRows; }));
+    EXPECT_WORDS(said(twoEyes(), [](TileOutput& left, TileOutput& right) {
+        left.stereo = StereoPacking::kRows;
+        right.flipX = true;
+    }));
+    EXPECT_WORDS(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kSideBySide; }));
+    EXPECT_WORDS(said(twoEyes(), [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kTopBottom; }));
     Wall apart = twoEyes();
     apart.hosts.push_back({.name = "b", .tiles = {apart.hosts[0].tiles[1]}});
     apart.hosts[0].tiles.pop_back();
-    EXPECT_TELLS(said(apart, [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kRows; }),
-                 "one host draws both eyes");
+    EXPECT_WORDS(said(apart, [](TileOutput& left, TileOutput&) { left.stereo = StereoPacking::kRows; }));
 }
 
 TEST(Outputs, OfOneHostHaveMonitorsOfTheirOwn) {
@@ -129,10 +117,8 @@ TEST(Outputs, OfOneHostHaveMonitorsOfTheirOwn) {
             b.monitor = second;
         };
     };
-    EXPECT_TELLS(said(one, named("HDMI-1", "hdmi-1")),
-                 "the output of column 1 row 0 of screen \"s\" (host \"a\") is shown on monitor \"hdmi-1\", as that "
-                 "of column 0 row 0 of screen \"s\" is: a monitor shows one output");
-    EXPECT_TELLS(said(twoEyes(), named("0", "0")), "`stereo` shows both in one");
+    EXPECT_WORDS(said(one, named("HDMI-1", "hdmi-1")));
+    EXPECT_WORDS(said(twoEyes(), named("0", "0")));
     EXPECT_EQ(said(one, named("0", "1")), "accepted");
     EXPECT_EQ(said(one, named("", "")), "accepted") << "none is named";
     EXPECT_EQ(said(twoTiles(), named("0", "0")), "accepted")
@@ -148,10 +134,9 @@ TEST(Outputs, OfOneHostHaveMonitorsOfTheirOwn) {
 TEST(Outputs, AreBlendedWhereTilesOverlapByHalfAtMost) {
     Wall wall = twoTiles();
     wall.screens[0].grid.overlapXPx = 0;
-    EXPECT_TELLS(said(wall, [](TileOutput& a, TileOutput& b) { a.blend = b.blend = true; }),
-                 "neither overlap_x_px nor overlap_y_px");
+    EXPECT_WORDS(said(wall, [](TileOutput& a, TileOutput& b) { a.blend = b.blend = true; }));
     wall.screens[0].grid.overlapXPx = 51;
-    EXPECT_TELLS(said(wall, [](TileOutput& a, TileOutput& b) { a.blend = b.blend = true; }), "half a tile at most");
+    EXPECT_WORDS(said(wall, [](TileOutput& a, TileOutput& b) { a.blend = b.blend = true; }));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "server/tools/CheckCommand.h"
 #include "tests/support/wall/AskedWall.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera::simulation {
 namespace {
@@ -19,8 +20,7 @@ namespace {
 struct BadScene {
     const char* name;
     const char* text;
-    const char* at;    ///< line:column
-    const char* says;  ///< what is wrong with it
+    const char* at;  ///< line:column
 };
 
 const char* const kTree =
@@ -32,72 +32,58 @@ const char* const kSaved =
 
 /// A text after kTree stands in line 4, one after kSaved in line 3.
 const BadScene kBadScenes[] = {
-    {"manipulator of nobody", "node { manipulator { target: \"/nobody\" } }", "4:1",
-     "no node '/nobody' for this manipulator"},
-    {"manipulator of nothing", "node { manipulator {} }", "4:1", "no transform at or above it"},
-    {"manipulator of a bare node", "node { manipulator { target: \"/bare\" } }", "4:1", "its target has no core"},
-    {"manipulator of a surface", "node { manipulator { target: \"/box\" } }", "4:1",
-     "its target has the core Geometry"},
-    {"a centre ball without a centre", "node { manipulator { target: \"/crane\" kind: CENTERBALL } }", "4:1",
-     "a ComponentTransform, which has a centre"},
-    {"a lamp's handle at a crane", "node { manipulator { target: \"/crane\" kind: POINT_LIGHT } }", "4:1",
-     "a PointLight"},
-    {"a motion without keys", "node { transform {} motion {} }", "4:1", "a motion has no keys"},
-    {"a motion of nobody", "node { motion { target: \"/nobody\" key { time: 0 } key { time: 1 } } }", "4:8",
-     "no node '/nobody' for this motion"},
-    {"a motion that goes back in time", "node { transform {} motion { key { time: 1 } key { time: 0 } } }", "4:1",
-     "do not ascend"},
+    {"manipulator of nobody", "node { manipulator { target: \"/nobody\" } }", "4:1"},
+    {"manipulator of nothing", "node { manipulator {} }", "4:1"},
+    {"manipulator of a bare node", "node { manipulator { target: \"/bare\" } }", "4:1"},
+    {"manipulator of a surface", "node { manipulator { target: \"/box\" } }", "4:1"},
+    {"a centre ball without a centre", "node { manipulator { target: \"/crane\" kind: CENTERBALL } }", "4:1"},
+    {"a lamp's handle at a crane", "node { manipulator { target: \"/crane\" kind: POINT_LIGHT } }", "4:1"},
+    {"a motion without keys", "node { transform {} motion {} }", "4:1"},
+    {"a motion of nobody", "node { motion { target: \"/nobody\" key { time: 0 } key { time: 1 } } }", "4:8"},
+    {"a motion that goes back in time", "node { transform {} motion { key { time: 1 } key { time: 0 } } }", "4:1"},
     {"an animation of nobody",
-     "node { animation { channel { target: \"/nobody\" field: \"scale\" time: 0 value: 1 } } }", "4:8",
-     "no node '/nobody'"},
+     "node { animation { channel { target: \"/nobody\" field: \"scale\" time: 0 value: 1 } } }", "4:8"},
     {"an animation of no field",
-     "node { animation { channel { target: \"/crane\" field: \"weight\" time: 0 value: 1 } } }", "4:8",
-     "no field 'weight'"},
+     "node { animation { channel { target: \"/crane\" field: \"weight\" time: 0 value: 1 } } }", "4:8"},
     {"keys that go back in time",
      "node { animation { channel { target: \"/crane\" field: \"translation\" time: [1, 0] value: [0,0,0,0,0,0] } } }",
-     "4:8", "translation"},
+     "4:8"},
     {"keys of too few numbers",
-     "node { animation { channel { target: \"/crane\" field: \"translation\" time: [0, 1] value: [0,0,0] } } }", "4:8",
-     "translation"},
-    {"ranges that fall", "node { distance_lod { range: [5, 1] } }", "4:1", "range"},
-    {"an interest in nobody", "node { interest { object: \"/nobody\" } }", "4:8",
-     "no node '/nobody' for this interest"},
-    {"a light at nobody's place", "node { point_light { beacon: \"/nobody\" } }", "4:1", "for this light to stand at"},
-    {"an instance of nothing", "node { instance: \"crane\" }", "4:1", "no definition 'crane'"},
-    {"a scene in itself", "node { import { uri: \"scene.tsct\" } }", "4:8", "imports itself"},
-    {"a material of no name", "node { box { size { x: 1 y: 1 z: 1 } } material: \"wood\" }", "4:40",
-     "no material 'wood'"},
+     "node { animation { channel { target: \"/crane\" field: \"translation\" time: [0, 1] value: [0,0,0] } } }", "4:8"},
+    {"ranges that fall", "node { distance_lod { range: [5, 1] } }", "4:1"},
+    {"an interest in nobody", "node { interest { object: \"/nobody\" } }", "4:8"},
+    {"a light at nobody's place", "node { point_light { beacon: \"/nobody\" } }", "4:1"},
+    {"an instance of nothing", "node { instance: \"crane\" }", "4:1"},
+    {"a scene in itself", "node { import { uri: \"scene.tsct\" } }", "4:8"},
+    {"a material of no name", "node { box { size { x: 1 y: 1 z: 1 } } material: \"wood\" }", "4:40"},
     {"five passes",
      "material { name: \"a\" }\nmaterial { name: \"b\" pass: [\"a\", \"a\", \"a\", \"a\", \"a\"] }\nnode { box { size "
      "{ x: 1 y: 1 z: 1 } } material: \"b\" }",
-     "6:1", "5 passes, and 4 may be"},
+     "6:1"},
     {"two films on one screen",
      "image { name: \"i\" }\nnode { movie { image: \"i\" file: \"a.avi\" } }\nnode { movie { image: \"i\" file: "
      "\"b.avi\" } }",
-     "6:1", "two movies play into the image 'i'"},
-    {"no number", "node { transform { translation { x: nan } } box { size { x: 1 y: 1 z: 1 } } }", "4:1", "finite"},
+     "6:1"},
+    {"no number", "node { transform { translation { x: nan } } box { size { x: 1 y: 1 z: 1 } } }", "4:1"},
     {"a camera of no place",
      "node { transform { translation { x: 9e14 } } node { transform { translation { x: 9e14 } } node { camera {} } } }",
-     "4:91", "farther than"},
-    {"a camera of an ant", "node { camera { world_units_per_metre: 1e10 } }", "4:1", "world units per metre"},
-    {"saved: manipulator of a group", "object { number: 4 manipulator { target: 2 } } }", "3:1",
-     "object 4 (Manipulator): its target has the core Group"},
+     "4:91"},
+    {"a camera of an ant", "node { camera { world_units_per_metre: 1e10 } }", "4:1"},
+    {"saved: manipulator of a group", "object { number: 4 manipulator { target: 2 } } }", "3:1"},
     {"saved: keys of no field",
-     "object { number: 4 key_frames { target: 2 field: \"weight\" times: 1 values: 1 } } } blob: \"12345678\"", "3:1",
-     "object 4 (KeyFrames): "},
+     "object { number: 4 key_frames { target: 2 field: \"weight\" times: 1 values: 1 } } } blob: \"12345678\"", "3:1"},
     {"saved: an image without bytes",
-     "object { number: 4 image { pixels: 1 width_px: 3 height_px: 3 } } } blob: \"abcd\"", "3:1", "object 4 (Image): "},
+     "object { number: 4 image { pixels: 1 width_px: 3 height_px: 3 } } } blob: \"abcd\"", "3:1"},
     {"saved: five passes",
      "object { number: 4 material { passes: [5, 6, 7, 8, 9] } }\nobject { number: 5 material {} } object { number: 6 "
      "material {} } "
      "object { number: 7 material {} } object { number: 8 material {} } object { number: 9 material {} } }",
-     "3:1", "object 4 (Material): 5 passes, and 4 may be"},
+     "3:1"},
     {"saved: two films on one screen",
      "object { number: 4 movie { image: 5 } }\nobject { number: 5 image {} }\nobject { number: 6 movie { image: 5 } } "
      "}",
-     "5:1", "object 6 (Movie): its image: another Movie writes it too"},
-    {"saved: a camera of an ant", "object { number: 4 camera { world_units_per_metre: 1e10 } } }", "3:1",
-     "object 4 (Camera): "},
+     "5:1"},
+    {"saved: a camera of an ant", "object { number: 4 camera { world_units_per_metre: 1e10 } } }", "3:1"},
 };
 
 CommandOutcome check(std::vector<std::string> words) {
@@ -129,7 +115,7 @@ TEST(BadScenes, CheckAndServerRefuseTheSameInTheSameWordsAtTheSamePlace) {
         const CommandOutcome checked = check({path});
         EXPECT_EQ(checked.exitCode, 3) << checked.output;
         EXPECT_TRUE(checked.output.starts_with(path + ":" + bad.at + ": ")) << checked.output;
-        EXPECT_NE(checked.output.find(bad.says), std::string::npos) << checked.output;
+        EXPECT_WORDS(checked.output);
         const StartedServer server(path);
         EXPECT_EQ(server.error() + "\n", checked.output) << server.logs();
     }

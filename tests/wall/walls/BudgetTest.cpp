@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/wall/AskedWall.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera::simulation {
 namespace {
@@ -13,7 +14,7 @@ TEST(Budget, WhatIsNoneIsRefusedInWords) {
     for (const char* wrong : {"-1", "nan", "0.01", "60001", "many", "1e999"}) {
         const CommandOutcome outcome = wall.ctl({"budget", wrong});
         EXPECT_NE(outcome.exitCode, 0) << wrong;
-        EXPECT_NE(outcome.output.find("budget"), std::string::npos) << outcome.output;
+        EXPECT_WORDS(outcome.output);
     }
     EXPECT_FALSE(wall.finish().is_null()) << wall.logs();
 }

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "tests/support/wall/AskedWall.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera::simulation {
 namespace {
@@ -102,7 +103,7 @@ TEST(ExposureWall, OptionsCountInPlaceOfTheSceneAndWhatIsNoneIsRefusedInWords) {
          {std::vector<std::string>{"exposure", "bright"}, {"exposure", "41"}, {"exposure", "--tone-map", "filmic"}}) {
         const CommandOutcome outcome = wall.ctl(wrong);
         EXPECT_NE(outcome.exitCode, 0) << wrong.back();
-        EXPECT_NE(outcome.output.find("exposure"), std::string::npos) << outcome.output;
+        EXPECT_WORDS(outcome.output);
     }
     EXPECT_FALSE(wall.finish().is_null()) << wall.logs();
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/wall/AskedWall.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera::simulation {
 namespace {
@@ -26,19 +27,16 @@ TEST(NumbersOfMaterials, OfFilesAreTakenWithAWordAndOfCommandsRefusedWithTheirBo
     EXPECT_EQ(wall.ctl({"get", id, "roughness"}).output, "1\n");
     const CommandOutcome refused = wall.ctl({"set", id, "roughness", "9"});
     EXPECT_NE(refused.exitCode, 0);
-    EXPECT_NE(refused.output.find("roughness of " + id + ": 9 is not between 0 and 1"), std::string::npos)
-        << refused.output;
+    EXPECT_WORDS(refused.output);
     const CommandOutcome color = wall.ctl({"set", id, "baseColor", "0.5", "-0.1", "0", "1"});
-    EXPECT_NE(color.output.find("-0.1 is not between 0 and 1"), std::string::npos) << color.output;
+    EXPECT_WORDS(color.output);
     EXPECT_EQ(wall.ctl({"get", id, "roughness"}).output, "1\n") << "what is refused changes nothing";
     EXPECT_EQ(wall.ctl({"set", id, "roughness", "0.25"}).exitCode, 0);
     EXPECT_EQ(wall.ctl({"get", id, "roughness"}).output, "0.25\n");
 
     const CommandOutcome loaded = wall.ctl({"load", more});
     EXPECT_EQ(loaded.exitCode, 0) << loaded.output;
-    EXPECT_NE(loaded.output.find("more.tsct:1:22: material 'm': metallic -2 is not between 0 and 1: 0 is taken"),
-              std::string::npos)
-        << loaded.output;
+    EXPECT_WORDS(loaded.output);
     EXPECT_NE(wall.ctl({"types"}).output.find("roughness"), std::string::npos);
     EXPECT_FALSE(wall.finish().is_null()) << wall.logs();
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/wall/AskedWall.h"
+#include "tests/support/words/Words.h"
 
 namespace tessera::simulation {
 namespace {
@@ -114,17 +115,14 @@ TEST(SurfaceWall, WhatIsNoControlMeshIsRefusedByName) {
         EXPECT_NE(outcome.exitCode, 0) << outcome.output;
         return outcome.output;
     };
-    EXPECT_NE(refused({"set", "/cube/skin", "scheme", "loop"}).find("face 0 is no triangle"), std::string::npos);
-    EXPECT_NE(refused({"set", "/cube/skin", "points@0", "1e36", "0", "0"}).find("control point 0"), std::string::npos);
-    EXPECT_NE(refused({"set", "/cube/skin", "points@8", "0", "0", "0"})
-                  .find("has 8 elements, numbered from 0; a range of 1 from 8 on"),
-              std::string::npos);
-    EXPECT_NE(refused({"set", "/cube/skin", "creases@0", "0", "1"}).find("no array of numbers"), std::string::npos);
-    EXPECT_NE(refused({"set", "/cube/skin", "level", "7"}).find("level"), std::string::npos);
-    EXPECT_NE(refused({"set", "/jelly/body", "pointsX", "3"}).find("controlPoints has 96 bytes"), std::string::npos);
-    EXPECT_NE(refused({"set", "/jelly/body", "degreeX", "2"}).find("points, from 3"), std::string::npos);
-    EXPECT_NE(refused({"set", "/jelly/body", "controlPoints@1", "0", "-2e30", "0"}).find("control point 1"),
-              std::string::npos);
+    EXPECT_WORDS(refused({"set", "/cube/skin", "scheme", "loop"}));
+    EXPECT_WORDS(refused({"set", "/cube/skin", "points@0", "1e36", "0", "0"}));
+    EXPECT_WORDS(refused({"set", "/cube/skin", "points@8", "0", "0", "0"}));
+    EXPECT_WORDS(refused({"set", "/cube/skin", "creases@0", "0", "1"}));
+    EXPECT_WORDS(refused({"set", "/cube/skin", "level", "7"}));
+    EXPECT_WORDS(refused({"set", "/jelly/body", "pointsX", "3"}));
+    EXPECT_WORDS(refused({"set", "/jelly/body", "degreeX", "2"}));
+    EXPECT_WORDS(refused({"set", "/jelly/body", "controlPoints@1", "0", "-2e30", "0"}));
     EXPECT_NEAR(wall.drop("0"), 1, kNear) << "nothing has changed";
     (void)wall.finish();
 }
