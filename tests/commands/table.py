@@ -143,7 +143,7 @@ ROWS = {
                  'tessera-ctl >$T/log && [ -e build/client/ctl/CMakeFiles/tessera_ctl.dir/Verbs.cpp.o ]'),
     "cmake --install": Row("", elsewhere="install PREFIX runs it"),
     "./deploy/run-tests --only NAME": Row("", elsewhere="support.RunTests; it builds all"),
-    "TESSERA_WORDS=write ./deploy/run-tests --only NAME": Row("", elsewhere="each test that reads sentences; it builds all"),
+    "TESSERA_WORDS=write ./deploy/run-tests --only NAME": Row("", elsewhere="each test that reads sentences"),
 
     # ------------------------------------------------------------------ programs of tests, by themselves
     "TESSERA_SAY=1 build/bin/unit_geometry --gtest_filter=EarClipping.*": Row(
