@@ -153,7 +153,7 @@ ROWS = {
         "Tests", "$BUILT/bin/storm --seed 7 --no-pictures --seconds 1", says="no law broken"),
     "./deploy/run-tests --hunt N": Row("", elsewhere="support.RunTests; it runs all tests N times"),
     "./deploy/run-tests --storm 600": Row("", elsewhere="the row of build/bin/storm; it builds all"),
-    "TESSERA_RUNS=300 build/bin/unit_bodies": Row("Tests", "TESSERA_RUNS=1 $BUILT/bin/unit_bodies", says=RAN),
+    "TESSERA_RUNS=300 build/bin/unit_bodies": Row("Tests", "TESSERA_RUNS=5 $BUILT/bin/unit_bodies", says=RAN),
     "build/bin/fuzz_lists tests/fuzz/corpus/lists": Row("Tests", "$BUILT/bin/fuzz_lists tests/fuzz/corpus/lists"),
     "TESSERA_SEED=44 ./bin/sim_cluster --gtest_filter=ClusterSimulation.KeepsItsLawsWhereEverybodyWaits": Row(
         "Tests", "cd $BUILT && TESSERA_SEED=44 ./bin/sim_cluster "
