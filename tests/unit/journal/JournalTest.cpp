@@ -364,6 +364,9 @@ TEST(Journal, HasOneServer) {
         << second.error().message;
 }
 
+// Not below the folder in which the tests run: the sentences name them whole.
+const std::string kHall = "/scenes/hall.tsct", kYard = "/scenes/yard.tsct";
+
 TEST(Journal, AnotherSceneIsRefusedAndNoneIsTheSame) {
     const test::TestFolder folder;
     test::ReadableLog words;
@@ -371,16 +374,16 @@ TEST(Journal, AnotherSceneIsRefusedAndNoneIsTheSame) {
     Random random(1);
     KeptShow kept(random);
     {
-        Expected<Journal::Opened> opened = test::openJournal(folder / "wall", arrays, words.log, {}, {"hall.tsct"});
+        Expected<Journal::Opened> opened = test::openJournal(folder / "wall", arrays, words.log, {}, {kHall});
         ASSERT_TRUE(opened);
         kept.load(*opened->journal);
     }
-    const Expected<Journal::Opened> other = test::openJournal(folder / "wall", arrays, words.log, {}, {"yard.tsct"});
+    const Expected<Journal::Opened> other = test::openJournal(folder / "wall", arrays, words.log, {}, {kYard});
     ASSERT_FALSE(other);
     EXPECT_EQ(other.error().code, ErrorCode::kUsage);
     EXPECT_WORDS(other.error().message);
     EXPECT_TRUE(test::openJournal(folder / "wall", arrays, words.log));
-    EXPECT_TRUE(test::openJournal(folder / "wall", arrays, words.log, {}, {"hall.tsct"})) << "it still knows";
+    EXPECT_TRUE(test::openJournal(folder / "wall", arrays, words.log, {}, {kHall})) << "it still knows";
 }
 
 TEST(Journal, ScenesThatStandAnotherWayAreRefusedWithoutTheirNamesToo) {
@@ -397,13 +400,13 @@ TEST(Journal, ScenesThatStandAnotherWayAreRefusedWithoutTheirNamesToo) {
         if (show) show->load(*opened->journal);
         return {};
     };
-    ASSERT_TRUE(open({"hall.tsct"}, "--fit 3", &kept));
+    ASSERT_TRUE(open({kHall}, "--fit 3", &kept));
     EXPECT_TRUE(open({}, ""));
     EXPECT_TRUE(open({}, "--fit 3"));
-    EXPECT_TRUE(open({"hall.tsct"}, "--fit 3"));
+    EXPECT_TRUE(open({kHall}, "--fit 3"));
     for (const auto& [scenes, placing] :
-         {std::pair(std::vector<std::string>{}, "--fit 4"), std::pair(std::vector<std::string>{"hall.tsct"}, "--fit 4"),
-          std::pair(std::vector<std::string>{"hall.tsct"}, "")}) {
+         {std::pair(std::vector<std::string>{}, "--fit 4"), std::pair(std::vector<std::string>{kHall}, "--fit 4"),
+          std::pair(std::vector<std::string>{kHall}, "")}) {
         const Expected<void> other = open(scenes, placing);
         ASSERT_FALSE(other) << placing;
         EXPECT_EQ(other.error().code, ErrorCode::kUsage);
