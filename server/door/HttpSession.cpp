@@ -41,7 +41,9 @@ public:
         leave();
     }
     [[nodiscard]] bool waitsToBeRead() override { return stream_.waitsToBeRead(); }
+    /// Who has not been let in yet, or is being refused, hears why in the answer.
     [[nodiscard]] std::string faultOfKey(const TlsContext& keys) const override {
+        if (!letIn_) return {};
         const std::optional<Credential> peer = stream_.peer(keys);
         return peer ? peer->fault : std::string();
     }
@@ -144,8 +146,9 @@ private:
         if (head.find(http::field::transfer_encoding) != head.end())
             return refuse(errorAnswer(411, "refused", "a body comes with its Content-Length, not in chunks"));
         if (!isUpload(request_) && request_.length.value_or(0) > context_.limits.maxTextBytes) return refuse(tooLong());
-        if (std::optional<HttpAnswer> early = routes_.beforeBody(request_))
-            return routes_.wrongLogin() ? refuseLogin(std::move(*early)) : refuse(std::move(*early));
+        std::optional<HttpAnswer> early = routes_.beforeBody(request_);
+        letIn_ = !early;
+        if (early) return routes_.wrongLogin() ? refuseLogin(std::move(*early)) : refuse(std::move(*early));
         if (routes_.knowsWho()) {
             if (!(who && who->isSameAs(routes_.who())) && !context_.hasPlaceFor(routes_.who(), *this, false))
                 return refuse(tooManyOf(routes_.who(), "connections"));
@@ -250,6 +253,7 @@ private:
     static HttpAnswer tooLong() { return errorAnswer(413, "limit", "the body is too long: arrays go through /socket"); }
     /// What was said may not have been read to its end.
     void refuse(HttpAnswer answer) {
+        letIn_ = false;
         stream_.expiresAfter(context_.limits.headWait);
         write(std::move(answer), false);
     }
@@ -351,7 +355,7 @@ private:
     beast::flat_buffer buffer_;
     std::optional<http::request_parser<http::string_body>> parser_;
     HttpRequest request_;
-    bool tooSlow_ = false, waitsToBeAsked_ = false;
+    bool tooSlow_ = false, waitsToBeAsked_ = false, letIn_ = false;
     boost::asio::steady_timer patience_;              ///< for an answer
     std::size_t held_ = 0;                            ///< of `DoorContext::held`
     std::uint64_t asked_ = 0, answered_ = 0;          ///< numbers of requests on this connection

@@ -63,7 +63,7 @@ public:
     }
     void forget() { heard_.clear(); }
     /// How long it takes until the door closes; none: it does not.
-    std::optional<std::chrono::milliseconds> closes(std::chrono::milliseconds patience) {
+    std::optional<std::chrono::milliseconds> closes(std::chrono::milliseconds patience = kPatience) {
         const Clock::time_point from = Clock::now();
         while (!over_ && Clock::now() < from + patience) {
             pull(std::chrono::duration_cast<std::chrono::milliseconds>(from + patience - Clock::now()));
