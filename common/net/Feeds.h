@@ -1,5 +1,5 @@
 /// Bytes of others' protocols: datagrams that come to a port, streams that are dialled and dialled again. No frames of
-/// ours (Transport carries those). Threads: one inside, which calls all handlers.
+/// ours (Transport carries those).
 #pragma once
 
 #include <functional>
@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-/// What comes too fast is not read: the system then drops it, and nobody else's time is taken. Destruction ends the
-/// thread; no handler is called once it has begun.
+/// What comes too fast is not read: the system then drops it, and nobody else's time is taken. Handlers are called by
+/// one thread at a time, and by none once destruction has begun.
 class Feeds {
 public:
     /// Of one port. Beyond, it is not read until the slice is over.
@@ -23,7 +23,7 @@ public:
     struct Datagram {
         ByteSpan bytes;  ///< during the call
         HostBytes from;
-        TimePoint at;  ///< when it was read, on the steady clock
+        TimePoint at;  ///< when it was read
     };
     struct Stream {
         std::function<Bytes()> opened;  ///< what is said first; the stream is there
@@ -35,20 +35,17 @@ public:
             longestPause{10'000};  ///< between dials; the pause doubles until bytes come
     };
 
-    Feeds();
-    ~Feeds();
+    Feeds() = default;
+    virtual ~Feeds() = default;
     Feeds(const Feeds&) = delete;
     Feeds& operator=(const Feeds&) = delete;
 
     /// Returns the bound port (for port 0). kNetwork: cannot bind, saying why.
-    [[nodiscard]] Expected<std::uint16_t> listen(const Address& address,
-                                                 std::function<void(const Datagram&)> onDatagram);
+    [[nodiscard]] virtual Expected<std::uint16_t> listen(const Address& address,
+                                                         std::function<void(const Datagram&)> onDatagram) = 0;
     /// For as long as this lives.
-    void dial(const Address& address, Stream stream);
-
-private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    virtual void dial(const Address& address, Stream stream) = 0;
 };
+using MakeFeeds = std::function<std::unique_ptr<Feeds>()>;
 
 }  // namespace tessera

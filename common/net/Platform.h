@@ -7,6 +7,7 @@
 #include "common/base/LaneThreads.h"
 #include "common/base/SystemRandom.h"
 #include "common/base/TimeSource.h"
+#include "common/net/SocketFeeds.h"
 #include "common/net/TcpTransport.h"
 
 namespace tessera {
@@ -17,6 +18,7 @@ struct Platform {
     std::function<Hash128()> random = systemRandom;  ///< for secrets
     MakeLane lane = LaneThreads::make;
     MakeTransport transport = TcpTransport::make;
+    MakeFeeds feeds = SocketFeeds::make;
     /// Lets all others go on until `done`, or until the time has come. Empty: the thread that waits sleeps.
     std::function<void(TimePoint until, const std::function<bool()>& done)> wait = {};
 

@@ -29,7 +29,7 @@ FrameLoop::Impl::Impl(ServerOptions o, Log& l)
                .work = [this](LooksBeside::Work work) { workbench.add([work] { return withoutWord(work()); }); }}}),
       report(options.wall, fmt::format("{}", fmt::join(options.scenes, ", "))),
       tracking(options.wall),
-      trackers(options.wall.tracking, log),
+      trackers(options.wall.tracking, options.platform, log),
       poses(tracking.poses(FrameNumber(0), View())),
       files(std::make_shared<SceneFiles>(options.import, options.allowed,
                                          goesOn() ? opened->state.sceneFiles() : options.scenes, goesOn())),

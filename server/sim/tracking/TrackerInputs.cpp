@@ -37,8 +37,9 @@ constexpr std::array<std::string_view, 8> kTroubleWords = {"",
 /// One tracker. All but the counters belongs to the thread of the feeds.
 class TrackerInputs::Input {
 public:
-    Input(std::size_t index, const WallTracker& setup, Channel<TrackerReading>& readings, Log& log)
-        : index_(index), setup_(setup), readings_(readings), log_(log) {
+    Input(std::size_t index, const WallTracker& setup, Channel<TrackerReading>& readings, const TimeSource& time,
+          Log& log)
+        : index_(index), setup_(setup), readings_(readings), time_(time), log_(log) {
         for (const std::string& allowed : setup.allowFrom)
             if (const auto range = parseHostRange(allowed)) allowed_.push_back(*range);
     }
@@ -102,7 +103,7 @@ public:
         stream_.reset();
         greetedAt_ = {};
         endUnsaid_ = std::exchange(spoke_, false) || endUnsaid_;
-        if (endUnsaid_ && readings_.tryPush({.tracker = index_, .at = clockNow(), .connectionEnded = true}))
+        if (endUnsaid_ && readings_.tryPush({.tracker = index_, .at = time_.now(), .connectionEnded = true}))
             endUnsaid_ = false;
         absent(trouble, fmt::format("{}{}; it is dialled again until it is there", why.message,
                                     trouble == TrackerTrouble::kNoDevice  ? ", and has told of no such device"
@@ -158,6 +159,7 @@ private:
     std::size_t index_;
     WallTracker setup_;
     Channel<TrackerReading>& readings_;
+    const TimeSource& time_;
     Log& log_;
     std::vector<HostRange> allowed_;
     std::optional<VrpnStream> stream_;
@@ -172,15 +174,16 @@ private:
     std::atomic<TrackerTrouble> trouble_ = TrackerTrouble::kNone;
 };
 
-TrackerInputs::TrackerInputs(const WallTracking& tracking, Log& log) : tracking_(tracking), log_(log) {}
+TrackerInputs::TrackerInputs(const WallTracking& tracking, const Platform& platform, Log& log)
+    : tracking_(tracking), platform_(platform), log_(log) {}
 TrackerInputs::~TrackerInputs() = default;
 
 Expected<void> TrackerInputs::open() {
     if (!tracking_.any()) return {};
-    feeds_ = std::make_unique<Feeds>();
+    feeds_ = platform_.feeds();
     for (std::size_t i = 0; i < tracking_.trackers.size(); ++i) {
         const WallTracker& setup = tracking_.trackers[i];
-        Input& input = *inputs_.emplace_back(std::make_unique<Input>(i, setup, readings_, log_));
+        Input& input = *inputs_.emplace_back(std::make_unique<Input>(i, setup, readings_, *platform_.time, log_));
         if (setup.protocol == TrackerProtocol::kVrpn) {
             const Expected<VrpnUrl> url = parseVrpnUrl(setup.address);
             if (!url) return failWith("tracker " + setup.name, url.error());

@@ -8,15 +8,15 @@
 
 #include "common/base/Channel.h"
 #include "common/base/Log.h"
-#include "common/net/Feeds.h"
+#include "common/net/Platform.h"
 #include "common/wall/Wall.h"
 #include "server/sim/tracking/Tracking.h"
 
 namespace tessera {
 
-/// Hears all trackers of a wall, on a thread of its own (common/net/Feeds), and hands over what they say through a
-/// bounded channel. What is not understood is counted, and said once per tracker and kind of fault; nothing that comes
-/// ends anything.
+/// Hears all trackers of a wall, on the thread of their feeds (common/net/Feeds), and hands over what they say through
+/// a bounded channel. What is not understood is counted, and said once per tracker and kind of fault; nothing that
+/// comes ends anything.
 ///
 /// Costs are bounded: of one port at most Feeds::kMostInSlice datagrams in 16 ms are taken from the system, of them at
 /// most kMostParsed are read; the others are counted.
@@ -27,8 +27,8 @@ public:
     /// Log lines of one tracker in all; then it is silent, and `tessera-ctl trackers` tells.
     static constexpr int kMostSaid = 20;
 
-    /// Of a wall without trackers nothing is opened. `log` outlives it.
-    TrackerInputs(const WallTracking& tracking, Log& log);
+    /// Of a wall without trackers nothing is opened. `log` and `platform` outlive it.
+    TrackerInputs(const WallTracking& tracking, const Platform& platform, Log& log);
     ~TrackerInputs();
 
     /// kNetwork: a port that cannot be listened at, by the tracker's name. VRPN's servers are dialled until they are
@@ -42,6 +42,7 @@ public:
 private:
     class Input;
     WallTracking tracking_;
+    const Platform& platform_;
     Log& log_;
     Channel<TrackerReading> readings_{kMostWaiting};
     std::vector<std::unique_ptr<Input>> inputs_;

@@ -109,6 +109,7 @@ Platform World::platform(const std::string& program, std::function<void()> poke)
                     return std::make_unique<SimulatedLane>(*this, std::move(state));
                 },
             .transport = network_.transportOf(program, std::move(poke)),
+            .feeds = feeds_.make(),
             .childPatience = 60s};
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/net/Platform.h"
+#include "tests/support/wall/MemoryFeeds.h"
 #include "tests/support/wall/MemoryNetwork.h"
 
 namespace tessera::simulation {
@@ -75,6 +76,7 @@ public:
     [[nodiscard]] Timeline& timeline() { return timeline_; }
     [[nodiscard]] Random& random() { return random_; }
     [[nodiscard]] MemoryNetwork& network() { return network_; }
+    [[nodiscard]] MemoryFeeds& feeds() { return feeds_; }
     [[nodiscard]] VirtualTime& time() { return time_; }
     [[nodiscard]] TimePoint now() const { return timeline_.now(); }
 
@@ -88,6 +90,7 @@ private:
     Timeline timeline_;
     Random random_;
     MemoryNetwork network_;
+    MemoryFeeds feeds_{timeline_};
     VirtualTime time_;
     std::multimap<std::string, std::weak_ptr<LaneState>> lanes_;  ///< by program
 };

@@ -58,7 +58,7 @@ std::uint16_t freePort(int kind) {
 struct HeardTracker {
     explicit HeardTracker(WallTracker setup) {
         setup.name = "art";
-        inputs.emplace(WallTracking{.trackers = {std::move(setup)}}, log);
+        inputs.emplace(WallTracking{.trackers = {std::move(setup)}}, platform, log);
         const Expected<void> opened = inputs->open();
         EXPECT_TRUE(opened.has_value()) << opened.error().message;
     }
@@ -83,6 +83,7 @@ struct HeardTracker {
         inputs->describe(infos);
         return infos[0];
     }
+    Platform platform;
     Log log{"test", std::fopen("/dev/null", "w")};
     std::optional<TrackerInputs> inputs;
     int ends = 0;  ///< of connections, as frames are told
@@ -175,7 +176,8 @@ TEST(TrackerInputs, APortThatIsTakenIsNamed) {
     const LoopbackSocket taken(SOCK_DGRAM);
     Log log("test", std::fopen("/dev/null", "w"));
     WallTracker setup{.name = "art", .address = fmt::format("127.0.0.1:{}", taken.port())};
-    TrackerInputs inputs(WallTracking{.trackers = {setup}}, log);
+    const Platform platform;
+    TrackerInputs inputs(WallTracking{.trackers = {setup}}, platform, log);
     const Expected<void> opened = inputs.open();
     ASSERT_FALSE(opened.has_value());
     EXPECT_EQ(opened.error().code, ErrorCode::kNetwork);
@@ -292,9 +294,9 @@ TEST(TrackerInputs, AVrpnServerThatSpeaksOfOtherDevicesForEverIsNamed) {
     EXPECT_WORDS(tracker.told().trouble);
 }
 
-TEST(Feeds, AStreamThatHangsIsDialledAgain) {
+TEST(SocketFeeds, AStreamThatHangsIsDialledAgain) {
     ScriptedVrpn server;
-    Feeds feeds;
+    SocketFeeds feeds;
     std::atomic<int> lost = 0;
     feeds.dial(*parseAddress(server.url().substr(7, server.url().find('/', 7) - 7)),
                {.opened = [] { return test::vrpnCookie(); },
@@ -306,8 +308,8 @@ TEST(Feeds, AStreamThatHangsIsDialledAgain) {
     EXPECT_GE(lost, 2);
 }
 
-TEST(Feeds, NobodyThereIsSaidAndDialledAgain) {
-    Feeds feeds;
+TEST(SocketFeeds, NobodyThereIsSaidAndDialledAgain) {
+    SocketFeeds feeds;
     std::atomic<int> lost = 0;
     feeds.dial({.host = "127.0.0.1", .port = freePort(SOCK_STREAM)},
                {.opened = [] { return Bytes(); },

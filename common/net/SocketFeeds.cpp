@@ -1,4 +1,4 @@
-#include "common/net/Feeds.h"
+#include "common/net/SocketFeeds.h"
 
 #include <array>
 #include <boost/asio/connect.hpp>
@@ -193,20 +193,20 @@ private:
 
 }  // namespace
 
-struct Feeds::Impl {
+struct SocketFeeds::Impl {
     feed_asio::io_context io{1};
     feed_asio::executor_work_guard<feed_asio::io_context::executor_type> work = feed_asio::make_work_guard(io);
     std::thread thread{[this] { io.run(); }};
 };
 
-Feeds::Feeds() : impl_(std::make_unique<Impl>()) {}
+SocketFeeds::SocketFeeds() : impl_(std::make_unique<Impl>()) {}
 
-Feeds::~Feeds() {
+SocketFeeds::~SocketFeeds() {
     impl_->io.stop();
     impl_->thread.join();
 }
 
-Expected<std::uint16_t> Feeds::listen(const Address& address, std::function<void(const Datagram&)> onDatagram) {
+Expected<std::uint16_t> SocketFeeds::listen(const Address& address, std::function<void(const Datagram&)> onDatagram) {
     FeedError error;
     FeedUdp::resolver resolver(impl_->io);
     const auto found = resolver.resolve(address.host, std::to_string(address.port), FeedUdp::resolver::passive, error);
@@ -220,7 +220,7 @@ Expected<std::uint16_t> Feeds::listen(const Address& address, std::function<void
     return bound;
 }
 
-void Feeds::dial(const Address& address, Stream stream) {
+void SocketFeeds::dial(const Address& address, Stream stream) {
     auto dialled = std::make_shared<DialledStream>(impl_->io, address, std::move(stream));
     feed_asio::post(impl_->io, [dialled] { dialled->dial(); });
 }
