@@ -11,6 +11,7 @@
 #include "client/render/order/RenderAction.h"
 #include "common/scene/Action.h"
 #include "tests/golden/ShippedScene.h"
+#include "tests/support/surface/PooledSurface.h"
 
 namespace tessera::test {
 namespace {
@@ -20,7 +21,7 @@ TEST(CullingInTheEngineHall, LeavesAwayAFifthAtLeastAndNothingThatIsVisible) {
         GTEST_SKIP() << "the engine is missing (Debian package assimp-testmodels)";
     const Expected<Aspect> hall = loadShipped("engine-hall");
     ASSERT_TRUE(hall) << hall.error().message;
-    const auto surface = makeSurface("osmesa").value();
+    const auto surface = test::pooledSurface();
     const auto renderer = Renderer::create(*surface, {.samples = 4}).value();
     RenderScene all;
     all.update(*hall, nullptr);

@@ -9,6 +9,7 @@
 #include "client/render/order/RenderAction.h"
 #include "common/geometry/TriangleOrder.h"
 #include "tests/golden/TestScene.h"
+#include "tests/support/surface/PooledSurface.h"
 
 namespace tessera::test {
 namespace {
@@ -59,7 +60,7 @@ TEST_P(CulledParts, LeaveThePictureAndTheNodesAsTheyAre) {
     const Aspect blobs = makeBlobs(random);
     RenderScene all;
     all.update(blobs, nullptr);
-    const auto surface = makeSurface("osmesa").value();
+    const auto surface = test::pooledSurface();
     const auto renderer = Renderer::create(*surface, {.samples = GetParam() % 2 ? 4 : 1}).value();
     std::uint64_t every = 0, byFrustum = 0, byMask = 0;
     // One that remembers sights that are far from each other.
@@ -136,7 +137,7 @@ TEST_P(CulledBehindParts, LeavesThePictureAndTheNodesAsTheyAre) {
     const Aspect shells = makeShells(random);
     RenderScene all;
     all.update(shells, nullptr);
-    const auto surface = makeSurface("osmesa").value();
+    const auto surface = test::pooledSurface();
     const auto renderer = Renderer::create(*surface, {.samples = GetParam() % 2 ? 4 : 1}).value();
     RenderAction none(CullerKind::kNone), masked(CullerKind::kMasked);
     std::uint64_t inFrustum = 0, drawn = 0;

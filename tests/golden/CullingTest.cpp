@@ -13,13 +13,14 @@
 #include "common/geometry/Points.h"
 #include "common/geometry/TriangleOrder.h"
 #include "tests/golden/TestScene.h"
+#include "tests/support/surface/PooledSurface.h"
 
 namespace tessera::test {
 namespace {
 
 struct CullingStage {
     explicit CullingStage(int samples = 4) : renderer(Renderer::create(*surface, {.samples = samples}).value()) {}
-    std::unique_ptr<Surface> surface = makeSurface("osmesa").value();
+    std::unique_ptr<Surface> surface = test::pooledSurface();
     std::unique_ptr<Renderer> renderer;
 };
 

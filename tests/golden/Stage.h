@@ -8,12 +8,13 @@
 
 #include "client/draw/passes/Renderer.h"
 #include "client/render/order/RenderAction.h"
+#include "tests/support/surface/PooledSurface.h"
 
 namespace tessera::test {
 
 struct Stage {
     explicit Stage(int samples)
-        : surface(makeSurface("osmesa").value()), renderer(Renderer::create(*surface, {.samples = samples}).value()) {}
+        : surface(pooledSurface()), renderer(Renderer::create(*surface, {.samples = samples}).value()) {}
     std::unique_ptr<Surface> surface;
     std::unique_ptr<Renderer> renderer;
 };

@@ -11,6 +11,7 @@
 #include "client/render/order/RenderAction.h"
 #include "client/render/order/TransparentOrder.h"
 #include "tests/golden/TestScene.h"
+#include "tests/support/surface/PooledSurface.h"
 
 namespace tessera::test {
 namespace {
@@ -86,7 +87,7 @@ protected:
         return *picture;
     }
     ScreenCamera camera_ = test::cameraOf(320, 200, {0.1, 0.05, 1.5});
-    std::unique_ptr<Surface> surface_ = makeSurface("osmesa").value();
+    std::unique_ptr<Surface> surface_ = test::pooledSurface();
     std::unique_ptr<Renderer> renderer_ = Renderer::create(*surface_, {.samples = 1}).value();
 };
 

@@ -15,6 +15,7 @@
 #include "common/image/SharedFrame.h"
 #include "common/wall/PictureLayout.h"
 #include "server/command/ServerCommand.h"
+#include "tests/support/surface/PooledSurface.h"
 
 namespace tessera::simulation {
 namespace {
@@ -45,7 +46,7 @@ std::optional<FrameNumber> showsNothingFrom(const Injection& injection) {
 SimulatedHost::SimulatedHost(World& world, std::string name, const WallOptions& options, Address server,
                              const std::string& output)
     : world_(world), name_(std::move(name)) {
-    if (options.draws) surface_ = makeSurface("osmesa").value();
+    if (options.draws) surface_ = test::pooledSurface();
     const auto pokeLink = [this] {
         if (linkProgram_) linkProgram_->poke();
     };

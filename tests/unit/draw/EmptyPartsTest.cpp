@@ -70,7 +70,7 @@ TEST_F(EmptyParts, AreBackgroundToTheBit) {
     std::uint64_t shown = 0, pixels = 0;
     std::size_t items = 0;
     for (const int samples : {1, 4}) {
-        const auto otherSurface = makeSurface("osmesa").value();
+        const auto otherSurface = test::pooledSurface();
         const auto other = Renderer::create(*otherSurface, {.samples = samples, .leaveOutEmpty = false}).value();
         restart({.samples = samples});
         for (unsigned seed = emptySeedOr(1), end = std::getenv("TESSERA_SEED") ? seed + 1 : 120; seed < end; ++seed) {

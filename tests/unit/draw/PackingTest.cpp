@@ -63,7 +63,7 @@ TEST_F(Packing, KnowsNothingOfPicturesBefore) {
     for (const int samples : {1, 4}) {
         restart({.samples = samples});
         // To make its light from a picture takes a renderer a second: this one never draws any other background.
-        const auto surface = makeSurface("osmesa").value();
+        const auto surface = test::pooledSurface();
         const auto behindIsAPicture = Renderer::create(*surface, {.samples = samples}).value();
         for (unsigned seed = seedOr(1), end = std::getenv("TESSERA_SEED") ? seed + 1 : 8; seed < end; ++seed) {
             SCOPED_TRACE(testing::Message() << "TESSERA_SEED=" << seed << " unit_draw --gtest_filter=Packing.Knows*");
@@ -90,7 +90,7 @@ TEST_F(Packing, KnowsNothingOfPicturesBefore) {
                 RenderScene all;
                 all.update(aspect, nullptr);
                 const DrawList list = RenderAction(CullerKind::kFrustum).run(all, camera, whole(camera), nullptr);
-                const auto freshSurface = makeSurface("osmesa").value();
+                const auto freshSurface = test::pooledSurface();
                 const auto fresh = Renderer::create(*freshSurface, {.samples = samples}).value();
                 const auto expected = (behind ? behindIsAPicture : fresh)->draw(aspect, list, camera, whole(camera));
                 const auto picture = renderer_->draw(aspect, list, camera, whole(camera));

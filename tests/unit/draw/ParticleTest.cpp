@@ -309,9 +309,8 @@ TEST_F(ParticleTest, UploadTheRangesThatAreWritten) {
                 renderer_->draw(aspect, action.run(scene, camera, whole(camera), nullptr), camera, whole(camera));
             ASSERT_TRUE(picture);
             EXPECT_EQ(renderer_->uploadedMeshBytes() - before, count * 4 * sizeof(MeshVertex)) << mode;
-            auto another = makeSurface("osmesa");
-            ASSERT_TRUE(another);
-            auto fresh = Renderer::create(**another, {.samples = 1});
+            const auto another = test::pooledSurface();
+            auto fresh = Renderer::create(*another, {.samples = 1});
             ASSERT_TRUE(fresh);
             const auto wanted = (*fresh)->draw(aspect, listOf(aspect, camera), camera, whole(camera));
             ASSERT_TRUE(wanted);

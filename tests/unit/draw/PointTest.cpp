@@ -146,7 +146,7 @@ TEST_F(PointTest, OfAnotherRadiusShareTheMemory) {
         const Picture now = drawNow(*renderer_);
         EXPECT_NE(now, last) << "it is seen";
         EXPECT_EQ(renderer_->uploadedMeshBytes(), bytes) << radius;
-        auto surface = makeSurface("osmesa").value();
+        auto surface = test::pooledSurface();
         EXPECT_EQ(now, drawNow(*Renderer::create(*surface, {.samples = 1}).value()));
         last = now;
     }
@@ -220,7 +220,7 @@ TEST_F(PointTest, OfWhichRangesChangeUploadThoseAndLookAsNew) {
         const Picture now = drawNow(*renderer_);
         const std::size_t touched = (first + count - 1) / numbers - first / numbers + 1;
         EXPECT_EQ(renderer_->uploadedMeshBytes() - before, touched * kTexels * kBytesPerTexel) << turn;
-        auto surface = makeSurface("osmesa").value();
+        auto surface = test::pooledSurface();
         ASSERT_EQ(now, drawNow(*Renderer::create(*surface, {.samples = 1}).value())) << turn;
         seen += now != last;
         last = now;

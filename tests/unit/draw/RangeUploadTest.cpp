@@ -11,6 +11,7 @@
 #include "client/draw/store/MeshBuffers.h"
 #include "client/render/order/RenderAction.h"
 #include "tests/golden/TestScene.h"
+#include "tests/support/surface/PooledSurface.h"
 
 namespace tessera {
 namespace {
@@ -21,9 +22,8 @@ using test::TestScene;
 // Two geometries begin with the same arrays; ranges of one or the other change, and each picture is that of a renderer
 // which has never seen anything else.
 TEST(RangeUpload, AnEditOfARangeUploadsTheRange) {
-    auto surface = makeSurface("osmesa");
-    ASSERT_TRUE(surface) << surface.error().message;
-    auto renderer = Renderer::create(**surface, {.samples = 1});
+    const auto surface = test::pooledSurface();
+    auto renderer = Renderer::create(*surface, {.samples = 1});
     ASSERT_TRUE(renderer) << renderer.error().message;
     TestScene built;
     MeshData mesh = makeSphere(0.7, 48);
@@ -111,9 +111,8 @@ TEST(RangeUpload, AnEditOfARangeUploadsTheRange) {
         if (aspect.get<Geometry>(balls[0])->positions != aspect.get<Geometry>(balls[1])->positions && narrow > 0) {
             EXPECT_LE(uploaded, most) << turn;
         }
-        auto another = makeSurface("osmesa");
-        ASSERT_TRUE(another);
-        auto fresh = Renderer::create(**another, {.samples = 1});
+        const auto another = test::pooledSurface();
+        auto fresh = Renderer::create(*another, {.samples = 1});
         ASSERT_TRUE(fresh);
         RenderScene anew;
         anew.update(aspect, nullptr);
@@ -128,9 +127,8 @@ TEST(RangeUpload, AnEditOfARangeUploadsTheRange) {
 // otherwise, and nothing else goes to GL for that.
 TEST(RangeUpload, OfPointsUploadsThose) {
     for (const double radius : {0.05, 0.0}) {
-        auto surface = makeSurface("osmesa");
-        ASSERT_TRUE(surface) << surface.error().message;
-        auto renderer = Renderer::create(**surface, {.samples = 1});
+        const auto surface = test::pooledSurface();
+        auto renderer = Renderer::create(*surface, {.samples = 1});
         ASSERT_TRUE(renderer) << renderer.error().message;
         MeshData points{.primitive = Primitive::kPoints, .pointRadius = radius};
         constexpr int kSide = 12;
@@ -162,8 +160,8 @@ TEST(RangeUpload, OfPointsUploadsThose) {
             scene.update(aspect, &list);
             const std::uint64_t before = (*renderer)->uploadedMeshBytes();
             const Picture picture = drawNow(**renderer, scene);
-            auto another = makeSurface("osmesa");
-            auto fresh = Renderer::create(**another, {.samples = 1});
+            const auto another = test::pooledSurface();
+            auto fresh = Renderer::create(*another, {.samples = 1});
             RenderScene anew;
             anew.update(aspect, nullptr);
             EXPECT_EQ(scene.bounds().lower, anew.bounds().lower);

@@ -9,6 +9,7 @@
 #include "client/draw/passes/Renderer.h"
 #include "client/render/order/RenderAction.h"
 #include "tests/golden/TestScene.h"
+#include "tests/support/surface/PooledSurface.h"
 #include "tests/unit/draw/ExpectedColor.h"
 
 namespace tessera {
@@ -52,9 +53,8 @@ protected:
     void SetUp() override { restart({.samples = 1}); }
     void restart(RendererOptions options) {
         renderer_.reset();
-        auto surface = makeSurface("osmesa");
-        ASSERT_TRUE(surface) << surface.error().message;
-        surface_ = std::move(*surface);
+        surface_.reset();
+        surface_ = test::pooledSurface();
         auto renderer = Renderer::create(*surface_, options);
         ASSERT_TRUE(renderer) << renderer.error().message;
         renderer_ = std::move(*renderer);

@@ -88,6 +88,25 @@ protected:
     Function function(const char* name) {
         return reinterpret_cast<Function>(surface_->procAddress(name));
     }
+    /// With a context that nobody has drawn with.
+    void restartAnew(const RendererOptions& options) {
+        renderer_.reset();
+        surface_ = makeSurface("osmesa").value();
+        renderer_ = Renderer::create(*surface_, options).value();
+    }
+    /// The names that GL has given, of all kinds.
+    std::vector<std::string> objects() {
+        EXPECT_TRUE(surface_->makeCurrent());
+        std::vector<std::string> found;
+        constexpr GLuint kLast = 4096;  // names are given from 1 on
+        for (const char* kind : {"Buffer", "Texture", "Framebuffer", "Renderbuffer", "VertexArray", "Program", "Shader",
+                                 "Sampler", "Query", "ProgramPipeline", "TransformFeedback"}) {
+            const auto is = function<PFNGLISBUFFERPROC>(("glIs" + std::string(kind)).c_str());
+            for (GLuint name = 1; name <= kLast; ++name)
+                if (is(name)) found.push_back(kind + std::to_string(name));
+        }
+        return found;
+    }
     /// All that GL keeps which this renderer, or anybody who draws, might set.
     std::map<std::string, std::vector<GLint>> state() {
         EXPECT_TRUE(surface_->makeCurrent());
@@ -163,7 +182,7 @@ protected:
 
 TEST_F(StateTest, NothingOutlivesACall) {
     for (const int samples : {1, 4}) {
-        restart({.samples = samples});
+        restartAnew({.samples = samples});
         const auto first = state();
         const auto expectAsAtFirst = [&](const char* after) {
             const auto now = state();
@@ -198,6 +217,30 @@ TEST_F(StateTest, NothingOutlivesACall) {
         EXPECT_EQ(draw(aspect, camera).rgb, seen.rgb);
         (void)draw(underSky(blockSky(Image::kBc6h, true)), camera);
         expectAsAtFirst("a sky");
+    }
+}
+
+/// So that a context may have one renderer after the other.
+TEST_F(StateTest, ARendererThatGoesLeavesNothingInItsContext) {
+    for (const int samples : {1, 4}) {
+        restartAnew({.samples = samples});
+        renderer_.reset();
+        const auto first = state();
+        renderer_ = Renderer::create(*surface_, {.samples = samples}).value();
+        const ScreenCamera camera = cameraOf(70, 50);
+        const Aspect aspect = everything();
+        (void)draw(underSky(blockSky(Image::kBc6h, true)), camera);
+        (void)draw(aspect, camera);
+        ASSERT_TRUE(renderer_->pixelProbe());
+        RenderScene scene;
+        scene.update(aspect, nullptr);
+        RenderAction action(CullerKind::kQueriesWait);
+        for (int i = 0; i < 3; ++i)
+            ASSERT_TRUE(action.run(scene, camera, whole(camera), &renderer_->visibility(), nullptr));
+        EXPECT_FALSE(objects().empty());
+        renderer_.reset();
+        EXPECT_EQ(objects(), std::vector<std::string>());
+        EXPECT_EQ(state(), first);
     }
 }
 

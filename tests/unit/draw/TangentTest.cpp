@@ -5,6 +5,7 @@
 #include <random>
 
 #include "common/drawable/TangentArrays.h"
+#include "tests/support/surface/PooledSurface.h"
 #include "tests/unit/draw/MaterialStage.h"
 #include "tests/unit/draw/ShadedSurface.h"
 
@@ -211,9 +212,8 @@ TEST_F(TangentTest, AnEditedRangeIsThePictureOfWhoSeesItFirst) {
         edits.setRange(id, typeOf<Geometry>(), field, 4 * at, Blob::of(std::span<const float>(moved)));
         ASSERT_TRUE(aspect.apply(edits.take()));
         const Picture followed = draw(aspect, camera());
-        const auto otherSurface = makeSurface("osmesa");
-        ASSERT_TRUE(otherSurface);
-        const auto other = Renderer::create(**otherSurface, {.samples = 1});
+        const auto otherSurface = test::pooledSurface();
+        const auto other = Renderer::create(*otherSurface, {.samples = 1});
         ASSERT_TRUE(other);
         const auto fresh = (*other)->draw(aspect, listOf(aspect, camera()), camera(), whole(camera()));
         ASSERT_TRUE(fresh);

@@ -10,6 +10,7 @@
 
 #include "common/codec/WallCodec.h"
 #include "tests/golden/TestScene.h"
+#include "tests/support/surface/PooledSurface.h"
 #include "tests/unit/HistoryLiterals.h"
 
 namespace tessera {
@@ -67,7 +68,7 @@ struct DrawingSide {
     Wall wall = twoTiles();
     Aspect aspect = makeScene();
     RenderScene scene;
-    std::unique_ptr<Surface> surface = makeSurface("osmesa").value();
+    std::unique_ptr<Surface> surface = test::pooledSurface();
     std::unique_ptr<Renderer> renderer = Renderer::create(*surface, {.samples = 4}).value();
 
     [[nodiscard]] Picture whole(const Tile& tile, FrameNumber frame) {

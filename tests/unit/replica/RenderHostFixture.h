@@ -15,6 +15,7 @@
 #include "common/codec/WallCodec.h"
 #include "common/image/SharedFrame.h"
 #include "tests/golden/TestScene.h"
+#include "tests/support/surface/PooledSurface.h"
 #include "tests/unit/HistoryLiterals.h"
 #include "tests/unit/TestFolder.h"
 
@@ -43,7 +44,7 @@ protected:
     void start(RenderHostOptions options = {}) {
         options.name = "left";
         host_.reset();
-        surface_ = makeSurface("osmesa").value();
+        surface_ = test::pooledSurface();
         host_ = std::make_unique<RenderHost>(options, surface_.get(), store_, log_, [this](Outcome outcome) {
             if (onOutcome_) onOutcome_(outcome);
             outcomes_.push(std::move(outcome));

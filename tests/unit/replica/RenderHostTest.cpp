@@ -240,7 +240,7 @@ TEST_F(RenderHostTest, ShowsWhatOneShowsWhoHasJustComeAfterAnyEdit) {
     for (const ObjectId id : scene.ids())
         if (scene.get<PointLight>(id)) lamp = id;
     ASSERT_TRUE(applied(scene));
-    const auto surface = makeSurface("osmesa").value();
+    const auto surface = test::pooledSurface();
     const auto renderer = Renderer::create(*surface, {.samples = 1}).value();
     const Wall wall = oneTileEach();
     const Tile tile = tilesOf(wall, "left").front();
