@@ -93,7 +93,7 @@ TEST(WallNews, TellsOfEditsAndOfWhatIsTakenBackAndNotOfWhatPlays) {
     ASSERT_EQ(back.size(), 1u);
     EXPECT_EQ(back[0].text, "taken back: removes /b (change 5)");
     EXPECT_EQ(back[0].json["taken_back"], true);
-    EXPECT_EQ(back[0].json["objects"], nlohmann::json::array({7}));
+    EXPECT_EQ(back[0].json["objects"], nlohmann::ordered_json::array({7}));
 }
 
 TEST(WallNews, TellsOfProgramsAndDetail) {

@@ -158,8 +158,8 @@ TEST(ProgramWall, WhoStandsInTheThingReadsItToo) {
         EXPECT_EQ(pixelsThatDiffer(pictures[i], pictures[i + 2]), 0u) << "the seams go through the letters";
 }
 
-/// Nothing but arithmetic, nothing of it at 0 and 1 and seconds for a tile at 2: harmless in the trial, whose limit it
-/// is far from on a busy machine, too.
+/// Nothing but arithmetic, none of it at 0 and 1, and at 2 many times what hosts wait for a tile: harmless in the trial,
+/// whose limit it is far from on a busy machine, too.
 std::string dearShop() {
     std::string body;
     for (int i = 0; i < 4; ++i)
@@ -170,7 +170,7 @@ node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -40 } } direc
 material { name: "paint" base_color { r: 0.1 g: 0.6 b: 0.2 }
   program { surface: "uniform float rounds;\n"
     "void surface(inout Surface s) { float n = uv.x;\n"
-    "for (int i = 0; i < 2500 && float(i) < (rounds - 1.0) * 2500.0; ++i) {\n"
+    "for (int i = 0; i < 25000 && float(i) < (rounds - 1.0) * 25000.0; ++i) {\n"
 )" + body + R"(    "} s.base.rgb = vec3(0.7 + 1e-4 * n, 0.1, 0.1); }" }
   uniform { name: "rounds" value: [1] } }
 node { name: "car" transform {} node { name: "body" material: "paint" box { size { x: 3 y: 1.6 z: 0.6 } } } }
