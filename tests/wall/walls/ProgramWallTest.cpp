@@ -158,8 +158,8 @@ TEST(ProgramWall, WhoStandsInTheThingReadsItToo) {
         EXPECT_EQ(pixelsThatDiffer(pictures[i], pictures[i + 2]), 0u) << "the seams go through the letters";
 }
 
-/// Nothing but arithmetic, none of it at 0 and 1, and at 2 many times what hosts wait for a tile: harmless in the trial,
-/// whose limit it is far from on a busy machine, too.
+/// Nothing but arithmetic: none of it at 0 and 1, at 2 many times what hosts wait for a tile. It is harmless in the
+/// trial, far from whose limit it stays on a busy machine, too.
 std::string dearShop() {
     std::string body;
     for (int i = 0; i < 4; ++i)
