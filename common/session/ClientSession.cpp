@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <deque>
 #include <optional>
+#include <utility>
+#include <variant>
+#include <vector>
 
 #include "common/session/HeartbeatClock.h"
 #include "common/session/ReplicaSteps.h"
@@ -72,7 +75,8 @@ struct ClientSession::Impl {
     void image(message::TileImage image);
     void request(message::Request request);
     void upload(message::Upload upload) {
-        if (stage == Stage::kWelcomed) send(ChannelKind::kControl, std::move(upload));
+        if (stage == Stage::kWelcomed) return send(ChannelKind::kControl, std::move(upload));
+        unsaid.emplace_back(std::move(upload));
     }
     void disconnect(std::string reason, bool retry = true, ErrorCode code = ErrorCode::kNetwork);
 
@@ -106,7 +110,9 @@ struct ClientSession::Impl {
     StateHash stateHash;
 
     std::deque<message::TileImage> waitingImages;
-    std::deque<message::Request> waitingRequests;
+    /// For the welcome, in their order: a request may need what was uploaded before it.
+    std::vector<std::variant<message::Upload, message::Request>> unsaid;
+    std::size_t waitingRequests = 0;  ///< of them
 
     HeartbeatClock clock;
     std::optional<HeartbeatClock::Sample> best;
@@ -266,8 +272,9 @@ void ClientSession::Impl::on(const message::Welcome& welcome, TimePoint) {
     heartbeatEvery = welcome.heartbeat;
     out.push_back(client_action::Configured{welcome.epoch, welcome.configuration, welcome.heartbeat});
     if (config.role == PeerRole::kHost || config.wantBlobs) openBulk();
-    for (message::Request& waiting : waitingRequests) send(ChannelKind::kControl, std::move(waiting));
-    waitingRequests.clear();
+    for (auto& each : std::exchange(unsaid, {}))
+        std::visit([&](auto& message) { send(ChannelKind::kControl, std::move(message)); }, each);
+    waitingRequests = 0;
 }
 
 void ClientSession::Impl::on(const message::Heartbeat& beat, TimePoint now) {
@@ -434,12 +441,13 @@ void ClientSession::Impl::image(message::TileImage image) {
 
 void ClientSession::Impl::request(message::Request request) {
     if (stage == Stage::kWelcomed) return send(ChannelKind::kControl, std::move(request));
-    if (waitingRequests.size() >= config.maxWaitingRequests) {
+    if (waitingRequests >= config.maxWaitingRequests) {
         out.push_back(client_action::ReplyReceived{
             {request.id, ErrorCode::kLimit, "too many requests wait for the connection to the server", nullptr}});
         return;
     }
-    waitingRequests.push_back(std::move(request));
+    ++waitingRequests;
+    unsaid.emplace_back(std::move(request));
 }
 
 void ClientSession::Impl::disconnect(std::string reason, bool retry, ErrorCode code) {

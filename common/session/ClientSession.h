@@ -171,7 +171,7 @@ public:
     [[nodiscard]] ClientActions hashes(message::HashAnswer answer);
     [[nodiscard]] ClientActions image(message::TileImage image);
     [[nodiscard]] ClientActions request(message::Request request);
-    /// Once the server has welcomed us; nothing goes out before.
+    /// Like a request it waits for the welcome; they go out in the order of these calls.
     [[nodiscard]] ClientActions upload(message::Upload upload);
 
     /// The server's clock minus ours, in ns, from the heartbeat with the shortest round trip so far.

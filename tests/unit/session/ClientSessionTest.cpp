@@ -507,5 +507,23 @@ TEST(ClientSession, RequestsWaitForTheWelcomeWithinABound) {
     EXPECT_EQ(c.actions<client_action::NoticeReceived>().size(), 1u);
 }
 
+TEST(ClientSession, WhatIsUploadedBeforeTheWelcomeGoesOutBeforeTheRequestThatNeedsIt) {
+    ClientFixture c(application(false));
+    c.connect();
+    for (std::uint64_t id = 1; id <= 2; ++id) {
+        const Blob blob(content(100 * id, 3));
+        c.take(c.session.upload({.blobs = {infoOf(blob)}, .bytes = blob.slice()}));
+        c.take(c.session.request({id, nullptr}));
+    }
+    EXPECT_TRUE(c.sent<message::Upload>().empty() && c.sent<message::Request>().empty());
+    c.hear(message::Welcome{.epoch = 3_epoch});
+    std::vector<std::uint64_t> order;  // of uploads their bytes
+    for (const client_action::Send& send : c.actions<client_action::Send>()) {
+        if (const auto* upload = std::get_if<message::Upload>(&send.message)) order.push_back(upload->bytes.size());
+        if (const auto* request = std::get_if<message::Request>(&send.message)) order.push_back(request->id);
+    }
+    EXPECT_EQ(order, (std::vector<std::uint64_t>{100, 1, 200, 2}));
+}
+
 }  // namespace
 }  // namespace tessera
