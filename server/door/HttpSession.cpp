@@ -41,7 +41,7 @@ public:
         leave();
     }
     [[nodiscard]] bool waitsToBeRead() override { return stream_.waitsToBeRead(); }
-    /// Who has not been let in yet, or is being refused, hears why in the answer.
+    /// A guest who has not been let in yet, or is being refused, hears why in the answer.
     [[nodiscard]] std::string faultOfKey(const TlsContext& keys) const override {
         if (!letIn_) return {};
         const std::optional<Credential> peer = stream_.peer(keys);

@@ -73,7 +73,7 @@ Renderer::Impl::Impl(Surface& onSurface, const GlState& state, RendererOptions o
 Renderer::Impl::~Impl() {
     // A context that cannot be made current takes its objects with it when it goes.
     if (!surface.makeCurrent()) return;
-    gl.restore();  // what the last queries have left
+    gl.restore();  // the last queries have left something
     depths.reset();
     gl.DeleteVertexArrays(1, &vertexArray);
     gl.DeleteVertexArrays(1, &emptyArray);

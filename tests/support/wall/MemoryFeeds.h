@@ -11,7 +11,7 @@
 
 namespace tessera::simulation {
 
-/// One thread. What is sent arrives a moment later, in order.
+/// One thread. Datagrams arrive a moment later, in order.
 class MemoryFeeds {
 public:
     explicit MemoryFeeds(Timeline& timeline) : timeline_(timeline) {}

@@ -57,7 +57,7 @@ protected:
         ASSERT_TRUE(application->onPoses([this](const notice::Poses& told) { latest = told; }).has_value());
         ASSERT_TRUE(until([](const notice::Poses&) { return true; })) << wall->logs();
     }
-    /// What the tracker says; or `from`, who is somebody else.
+    /// A datagram of the tracker; or of `from`, who is somebody else.
     void send(const std::string& text, const std::string& from = "127.0.0.1") {
         wall->world().feeds().send(kPort, text, from);
     }
@@ -281,7 +281,7 @@ TEST_F(TrackedWall, AThousandDatagramsAFrameOfAStrangerAndGarbageDisturbNobody) 
     EXPECT_TRUE(report["faults"].empty()) << report["faults"].dump(2);
 }
 
-/// What trackers say is no part of what makes the scene: the same recording makes the same frames without them.
+/// Words of trackers are no part of what makes the scene: the same recording makes the same frames without them.
 TEST_F(TrackedWall, ItsRecordingReplaysWithoutTheTracker) {
     const std::string file = folder / "tracked.rec";
     start("", {.record = file, .frames = 120});
