@@ -11,8 +11,8 @@
 
 namespace tessera {
 
-/// What comes too fast is not read: the system then drops it, and nobody else's time is taken. Handlers are called by
-/// one thread at a time, and by none once destruction has begun.
+/// Bytes that come too fast are not read: the system then drops them, and nobody else's time is taken. Handlers are
+/// called by one thread at a time, and by none once destruction has begun.
 class Feeds {
 public:
     /// Of one port. Beyond, it is not read until the slice is over.

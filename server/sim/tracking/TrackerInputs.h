@@ -15,7 +15,7 @@
 namespace tessera {
 
 /// Hears all trackers of a wall, on the thread of their feeds (common/net/Feeds), and hands over what they say through
-/// a bounded channel. What is not understood is counted, and said once per tracker and kind of fault; nothing that
+/// a bounded channel. Other bytes are counted, and said once per tracker and kind of fault; nothing that
 /// comes ends anything.
 ///
 /// Costs are bounded: of one port at most Feeds::kMostInSlice datagrams in 16 ms are taken from the system, of them at
@@ -27,7 +27,7 @@ public:
     /// Log lines of one tracker in all; then it is silent, and `tessera-ctl trackers` tells.
     static constexpr int kMostSaid = 20;
 
-    /// Of a wall without trackers nothing is opened. `log` and `platform` outlive it.
+    /// For a wall without trackers nothing is opened. `log` and `platform` outlive it.
     TrackerInputs(const WallTracking& tracking, const Platform& platform, Log& log);
     ~TrackerInputs();
 

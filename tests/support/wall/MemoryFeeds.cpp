@@ -8,7 +8,7 @@
 
 namespace tessera::simulation {
 
-/// Of one program.
+/// The feeds of one program.
 class MemoryFeeds::Own final : public Feeds {
 public:
     explicit Own(MemoryFeeds& all) : all_(all) {}
