@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <new>
+#include <utility>
 
 #include "common/cores/DistanceLOD.h"
 #include "common/cores/Material.h"
@@ -53,6 +55,8 @@ const CoreRule* ruleFor(ObjectType type) {
     return found == std::end(kCoreRules) ? nullptr : found;
 }
 
+constexpr ObjectType kLastType{std::numeric_limits<std::uint16_t>::max()};
+
 /// A core as a list leaves it behind.
 class Draft {
 public:
@@ -85,13 +89,14 @@ private:
 }  // namespace
 
 Expected<void> checkCores(const Aspect& scene, const ChangeList& list) {
-    std::map<ObjectId, Draft> touched;
+    // A list may say of one object that it is of two types. A draft takes fields of its own type alone.
+    std::map<std::pair<ObjectId, ObjectType>, Draft> touched;
     const auto draftOf = [&](ObjectId id, const CoreRule& rule, const TypeInfo& type) -> Draft& {
-        const auto known = touched.find(id);
+        const auto known = touched.find({id, type.type});
         if (known != touched.end()) return known->second;
         const Object present = scene.find(id);
         const bool fits = present && typeOf(present) == type.type;
-        return touched.try_emplace(id, rule, fits ? present : type.freshObject()).first->second;
+        return touched.try_emplace({id, type.type}, rule, fits ? present : type.freshObject()).first->second;
     };
     for (const FieldColumn& column : list.columns) {
         const CoreRule* rule = ruleFor(column.type);
@@ -108,10 +113,11 @@ Expected<void> checkCores(const Aspect& scene, const ChangeList& list) {
             if (const TypeInfo* type = findType(range.type))
                 if (const FieldEntry* field = findField(*type, range.field))
                     draftOf(range.object, *rule, *type).set(*field, range.result);
-    for (const ObjectId id : list.destructions) touched.erase(id);
-    for (const auto& [id, draft] : touched)
-        if (const Expected<void> sound = draft.check(scene.find(id)); !sound)
-            return failWith(fmt::format("{} #{}", draft.typeName(), id.value), sound.error());
+    for (const ObjectId id : list.destructions)
+        touched.erase(touched.lower_bound({id, {}}), touched.upper_bound({id, kLastType}));
+    for (const auto& [object, draft] : touched)
+        if (const Expected<void> sound = draft.check(scene.find(object.first)); !sound)
+            return failWith(fmt::format("{} #{}", draft.typeName(), object.first.value), sound.error());
     return {};
 }
 

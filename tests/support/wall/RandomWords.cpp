@@ -191,12 +191,26 @@ FieldValue RandomWords::other(const FieldInfo& field, FieldValue value) {
     return value;
 }
 
+/// Says of an object what may be true of another one: a field or a piece of an array, at any offset.
+void RandomWords::foreign(ChangeListBuilder& list, ObjectId object) {
+    const Object present = scene_.find(object);
+    const TypeInfo& type = wild() ? allTypes()[random_.below(allTypes().size())] : present.info();
+    if (type.fields.empty() || !mayBeIn(type)) return;
+    const FieldEntry& field = type.fields[random_.below(type.fields.size())];
+    if (field.kind == FieldKind::kBlob || wild()) {
+        const std::uint64_t offset = wild() ? random_.next() : random_.below(64);
+        list.setRange(object, type.type, field.id, offset, Blob(Bytes(1 + random_.below(32))));
+    } else {
+        list.set(object, type.type, field.id, other(field, field.load(type.freshObject())));
+    }
+}
+
 ChangeList RandomWords::list() {
     ChangeListBuilder list;
     std::uint64_t made = 0;
     for (std::uint64_t changes = 1 + random_.below(4); changes > 0; --changes) {
         const ObjectId node = nodes_.empty() ? kRootNode : nodes_[random_.below(nodes_.size())];
-        switch (random_.below(9)) {
+        switch (random_.below(10)) {
             case 0: {
                 const TypeInfo& type = allTypes()[random_.below(allTypes().size())];
                 if (!mayBeIn(type)) break;
@@ -215,6 +229,9 @@ ChangeList RandomWords::list() {
                 if (random_.below(3) != 0) break;
                 list.detach(node);
                 list.destroy(node);
+                break;
+            case 3:
+                if (!all_.empty()) foreign(list, all_[random_.below(all_.size())]);
                 break;
             default: {
                 if (all_.empty()) break;

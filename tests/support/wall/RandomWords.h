@@ -46,6 +46,7 @@ private:
     [[nodiscard]] bool mayBeIn(const TypeInfo& type) const;
     [[nodiscard]] FieldValue other(const FieldInfo& field, FieldValue value);
 
+    void foreign(ChangeListBuilder& list, ObjectId object);
     void one(const MemberEntry& m, const ValueType& type, void* value);
 
     Random& random_;

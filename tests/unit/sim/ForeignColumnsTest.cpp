@@ -2,7 +2,10 @@
 /// to a list before it is applied.
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "common/cores/Text.h"
+#include "common/scene/WrittenByServer.h"
 #include "server/sim/frame/Simulation.h"
 #include "tests/unit/sim/SceneForTests.h"
 #include "tests/unit/sim/SingleEdits.h"
@@ -94,6 +97,43 @@ TEST(ForeignColumns, OfAnyFieldInAnyOtherShape) {
                     ++refused;
                 }
     EXPECT_GT(refused, 1000u);
+    EXPECT_TRUE(stage.propose(stage.handling()));
+}
+
+/// The list says of one object that it is of two types. Who gathers what a list says of an object must not write a
+/// field of one type into an object of the other: it may lie behind its end.
+TEST(ForeignColumns, OfOneObjectAsTwoTypes) {
+    DrivenStage stage;
+    const std::array objects = {stage.coreOf("/crane/hook"), stage.coreOf("/sign"), ObjectId(100'000)};
+    const auto say = [](ChangeListBuilder& list, const TypeInfo& type, ObjectId object) {
+        for (const FieldEntry& field : type.fields)
+            if (!fieldOfServer(type.type, field.id))
+                list.set(object, type.type, field.id, field.load(type.freshObject()));
+    };
+    std::size_t refused = 0;
+    const auto expectRefusal = [&](ChangeListBuilder list, const TypeInfo& one, const TypeInfo& other) {
+        const auto answer = stage.propose(list.take());
+        ASSERT_FALSE(answer) << one.name << " and " << other.name;
+        EXPECT_FALSE(answer.error().message.empty());
+        ++refused;
+    };
+    for (const TypeInfo& one : allTypes())
+        for (const TypeInfo& other : allTypes()) {
+            if (&one == &other || one.fields.empty() || other.fields.empty()) continue;
+            const ObjectId object = objects[refused % objects.size()];
+            ChangeListBuilder both;
+            say(both, one, object);
+            say(both, other, object);
+            ASSERT_NO_FATAL_FAILURE(expectRefusal(std::move(both), one, other));
+            for (const FieldEntry& field : other.fields) {
+                if (field.kind != FieldKind::kBlob) continue;
+                ChangeListBuilder range;
+                say(range, one, object);
+                range.setRange(object, other.type, field.id, std::uint64_t{1} << 40, Blob(Bytes(8)));
+                ASSERT_NO_FATAL_FAILURE(expectRefusal(std::move(range), one, other));
+            }
+        }
+    EXPECT_GT(refused, 3000u);
     EXPECT_TRUE(stage.propose(stage.handling()));
 }
 
