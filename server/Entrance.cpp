@@ -6,11 +6,9 @@
 
 #include <array>
 #include <chrono>
-#include <cstdio>
 
 #include "common/base/Channel.h"
 #include "common/base/JournalStream.h"
-#include "common/base/PrintText.h"
 #include "common/tls/KeyFolder.h"
 #include "server/panel/Panel.h"
 
@@ -49,11 +47,12 @@ Expected<std::vector<ServedPanel>> readPanels(const std::vector<std::string>& fi
 }
 
 Entrance::Entrance(std::optional<Address> console, DoorReach reach, std::vector<ServedPanel> panels,
-                   ServerTokens tokens, std::string wall, Log& log)
+                   ServerTokens tokens, std::string wall, std::function<void(const std::string&)> say, Log& log)
     : console_(std::move(console)),
       reach_(std::move(reach)),
       panels_(std::move(panels)),
       wall_(std::move(wall)),
+      say_(std::move(say)),
       log_(log),
       tokens_(std::move(tokens)) {}
 
@@ -94,21 +93,20 @@ void Entrance::openDoor(const Address& server) {
 }
 
 void Entrance::describe(const std::string& group) const {
-    print();
-    if (!group.empty()) printText(fmt::format("token file for the group {}: {}\n", group, tokens_.path()));
+    sayLinks();
+    if (!group.empty()) say_(fmt::format("token file for the group {}: {}\n", group, tokens_.path()));
 }
 
-void Entrance::print() const {
+void Entrance::sayLinks() const {
     if (door_ && leadsToJournal(STDOUT_FILENO)) {
-        printText(
-            fmt::format("console: {}; `tessera-ctl link` prints a link that lets in\n", toString(door_->address())));
+        say_(fmt::format("console: {}; `tessera-ctl link` prints a link that lets in\n", toString(door_->address())));
         for (const ServedPanel& panel : panels_)
-            printText(fmt::format("panel {0}: `tessera-keys token NAME --panel {0}` makes a word for its visitors\n",
-                                  panel.file));
+            say_(fmt::format("panel {0}: `tessera-keys token NAME --panel {0}` makes a word for its visitors\n",
+                             panel.file));
     } else if (door_) {
-        printText(fmt::format("console: {}\n", door_->linkWith(tokens_.tokens().of(Role::kOperator))));
+        say_(fmt::format("console: {}\n", door_->linkWith(tokens_.tokens().of(Role::kOperator))));
         for (const ServedPanel& panel : panels_)
-            printText(fmt::format("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word)));
+            say_(fmt::format("panel {}: {}\n", panel.file, door_->linkWith(panel.door.word)));
     }
 }
 
@@ -130,8 +128,7 @@ std::string Entrance::look(FrameLoop& loop, const std::string& lastFault) {
     if (door_) door_->renew(tokens_.tokens(), doorPanels());
     loop.renewAccess(tokens_.tokens());
     log_.info("the links and tokens that were handed out have ended; new ones are made");
-    print();
-    std::fflush(stdout);
+    sayLinks();
     return fault;
 }
 

@@ -37,8 +37,9 @@ struct ServedPanel {
 class Entrance {
 public:
     /// `console`: none is wanted.
+    /// `say`: takes lines for people.
     Entrance(std::optional<Address> console, DoorReach reach, std::vector<ServedPanel> panels, ServerTokens tokens,
-             std::string wall, Log& log);
+             std::string wall, std::function<void(const std::string&)> say, Log& log);
 
     /// Before anybody is told of them.
     [[nodiscard]] const AccessTokens& tokens() const { return tokens_.tokens(); }
@@ -47,7 +48,7 @@ public:
                   std::function<void(const Entrant& who, std::string_view did, const std::string& path)> onFile);
     /// Opens the console, before anybody can dial in: who does finds the tokens. The wall goes on where there is none.
     void open(const Address& server);
-    /// Prints the links. Where the journal reads them it says how people get one: its readers are others.
+    /// Says the links. Where systemd's journal reads them it says how people get one: its readers are others.
     void describe(const std::string& group) const;
 
     /// Ends the tokens and links that were handed out wherever the protection is another one. Until `done`.
@@ -55,7 +56,7 @@ public:
 
 private:
     [[nodiscard]] std::string look(FrameLoop& loop, const std::string& lastFault);
-    void print() const;
+    void sayLinks() const;
     [[nodiscard]] std::vector<DoorPanel> doorPanels() const;
     void openDoor(const Address& server);
 
@@ -65,6 +66,7 @@ private:
     std::string wall_;
     std::shared_ptr<UploadFolder> uploads_;
     std::function<void(const Entrant&, std::string_view, const std::string&)> onFile_;
+    std::function<void(const std::string&)> say_;
     Log& log_;
     ServerTokens tokens_;
     std::unique_ptr<Door> door_;

@@ -116,9 +116,9 @@ Measurement readBadly(const DrillOptions& options, const std::string& kind) {
     Measurement measured;
     Editor editor(wall);
     editor.edit(kEdits);  // what grows once has grown
-    std::size_t memory = wall.server().residentBytes();
+    std::size_t memory = test::residentBytesOf(wall.server().pid());
     const auto grown = [&] {
-        const std::size_t at = wall.server().residentBytes();
+        const std::size_t at = test::residentBytesOf(wall.server().pid());
         const std::size_t more = at > memory ? at - memory : 0;
         memory = at;
         return more;

@@ -7,7 +7,7 @@
 #include "common/application/Application.h"
 #include "common/request/Catalogue.h"
 #include "tests/integration/DoorClient.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/integration/ThreadWall.h"
 #include "tests/unit/Eventually.h"
 
 namespace tessera::test {
@@ -26,7 +26,7 @@ struct AllowedWall {
         wall.startClient("all");
     }
     TemporaryFolder models;
-    LiveWall wall;
+    ThreadWall wall;
 };
 
 /// The tests of a suite ask the same one.
@@ -48,7 +48,7 @@ protected:
     }
 
     const TemporaryFolder& models_ = started_->models;
-    LiveWall& wall_ = started_->wall;
+    ThreadWall& wall_ = started_->wall;
     std::uint16_t port_ = 0;
 
 private:

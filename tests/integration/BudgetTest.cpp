@@ -1,9 +1,9 @@
-/// A budget of milliseconds on walls of real processes, whose drawing takes time: detail goes while they are late, on
+/// A budget of milliseconds on walls whose drawing takes time: detail goes while they are late, on
 /// all tiles alike, and comes back.
 #include <gtest/gtest.h>
 
 #include "common/image/Picture.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/integration/ThreadWall.h"
 
 namespace tessera::test {
 namespace {
@@ -11,12 +11,12 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-class BudgetWall : public LiveWall {
+class BudgetWall : public ThreadWall {
 public:
     explicit BudgetWall(const std::string& wall)
-        : LiveWall({.wall = wall,
-                    .scene = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/moving.tsct",
-                    .size = "320x180"}) {
+        : ThreadWall({.wall = wall,
+                      .scene = std::string(TESSERA_SOURCE_DIR) + "/deploy/scenes/moving.tsct",
+                      .size = "320x180"}) {
         for (const std::string& host : wall == "1x1" ? std::vector<std::string>{"all"} : kFourHosts) startClient(host);
         EXPECT_TRUE(waitForFrame("front-0-0", 2, 100s)) << logs();
     }

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "tests/integration/DoorClient.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/integration/ThreadWall.h"
 
 namespace tessera::test {
 namespace {
@@ -28,7 +28,7 @@ struct ConsoleWall {
         token = link.substr(link.find("?token=") + 7);
         bearer = "Authorization: Bearer " + token + "\r\n";
     }
-    LiveWall wall;
+    ThreadWall wall;
     std::uint16_t port = 0;
     std::string token, bearer;
 };
@@ -50,7 +50,7 @@ protected:
         return body.is_object() && body.contains("error") ? body["error"].value("code", "") : "";
     }
 
-    LiveWall& wall_;
+    ThreadWall& wall_;
     const std::uint16_t port_;
     const std::string token_, bearer_;
 };

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "tests/integration/LiveWall.h"
+#include "tests/integration/ThreadWall.h"
 
 namespace tessera::test {
 namespace {
@@ -51,7 +51,9 @@ TEST_F(Faults, KillingOneClientFreezesOnlyItsTileAndARestartedOneComesBack) {
     ASSERT_FALSE(report.is_null()) << wall.logs();
     const json* fault = findFault(report, "upper-left");
     ASSERT_TRUE(fault) << report.dump(2);
-    EXPECT_EQ((*fault)["kind"], "disconnected");
+    // The system gives back the memory of the dead before it closes their links. That may take longer than the wall
+    // waits for a word.
+    EXPECT_TRUE((*fault)["kind"] == "disconnected" || (*fault)["kind"] == "silent") << fault->dump();
     EXPECT_TRUE((*fault)["rejoined_ms"].is_number());
     EXPECT_EQ(report["faults"].size(), 1u) << report["faults"].dump(2);
     EXPECT_EQ(report["replication"]["state_hash_mismatches"], 0);
@@ -94,12 +96,15 @@ TEST_F(Faults, AGpuThatGoesAwayEndsItsHostInWordsAndTheOthersGoOn) {
     EXPECT_TRUE((*fault)["rejoined_ms"].is_number());
 }
 
+ThreadHost::Options slowAt(const std::string& injection) {
+    return {.injection = *parseInjection(injection)};
+}
+
 TEST_F(Faults, ASlowHostIsNamedWithTheReason) {
-    LiveWall wall({.server = {"--frames", "40"}});
+    ThreadWall wall({.server = {"--frames", "40"}});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     for (const std::string& host : kFourHosts)
-        wall.startClient(host, host == "lower-right" ? std::vector<std::string>{"--inject", "draw-slow@20:1500"}
-                                                     : std::vector<std::string>{});
+        wall.startClient(host, host == "lower-right" ? slowAt("draw-slow@20:1500") : ThreadHost::Options{});
     const json report = wall.waitForEnd(60s);
     ASSERT_FALSE(report["sync"]["waits"].empty()) << report.dump(2);
     const json& worst = report["sync"]["waits"][0];
@@ -114,12 +119,12 @@ TEST_F(Faults, ASlowHostIsNamedWithTheReason) {
 
 TEST_F(Faults, APictureIsWaitedForAsLongAsHostsDraw) {
     const TemporaryFolder folder;
-    LiveWall wall({.wall = wallWithSync(folder, "frame_deadline_ms: 30000 lost_after_ms: 15000")});
+    ThreadWall wall({.wall = wallWithSync(folder, "frame_deadline_ms: 30000 lost_after_ms: 15000")});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     for (const std::string& host : kFourHosts)
-        wall.startClient(host, host == "lower-left"    ? std::vector<std::string>{"--inject", "draw-slow@20:4000"}
-                               : host == "lower-right" ? std::vector<std::string>{"--inject", "draw-slow@21:4000"}
-                                                       : std::vector<std::string>{});
+        wall.startClient(host, host == "lower-left"    ? slowAt("draw-slow@20:4000")
+                               : host == "lower-right" ? slowAt("draw-slow@21:4000")
+                                                       : ThreadHost::Options{});
     ASSERT_TRUE(wall.waitForFrame(tileOf("upper-left"), 19, 60s)) << wall.logs();
     // Asked in frame 20 it is of frame 21: eight seconds later.
     const Outcome taken = wall.ctl({"snapshot", folder.path() + "/wall.png"});

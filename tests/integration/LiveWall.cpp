@@ -15,13 +15,34 @@ std::string wallWithSync(const TemporaryFolder& folder, const std::string& sync)
     return folder.write("2x2.wall", text.substr(0, text.find("sync {")) + "sync { " + sync + " }\n");
 }
 
-LiveWall::LiveWall(const LiveWallOptions& options) {
+std::vector<std::string> serverWords(const LiveWallOptions& options, const std::string& folder) {
     const std::string wall = options.wall.empty() ? "2x2" : options.wall;
-    std::vector<std::string> command = {
-        program("tessera-server"),      "--wall", wall, "--scene", options.scene, "--listen", "127.0.0.1:0", "--report",
-        folder_.path() + "/report.json"};
-    if (!options.size.empty()) command.insert(command.end(), {"--size", options.size, "--samples", "1"});
-    command.insert(command.end(), options.server.begin(), options.server.end());
+    std::vector<std::string> words = {"--wall",   wall,          "--scene",  options.scene,
+                                      "--listen", "127.0.0.1:0", "--report", folder + "/report.json"};
+    if (!options.size.empty()) words.insert(words.end(), {"--size", options.size, "--samples", "1"});
+    words.insert(words.end(), options.server.begin(), options.server.end());
+    return words;
+}
+
+nlohmann::json reportIn(const std::string& folder) {
+    const std::string text = readText(folder + "/report.json");
+    return text.empty() ? nlohmann::json() : nlohmann::json::parse(text);
+}
+
+std::string tokenAt(const std::string& address) {
+    const Expected<Address> server = parseAddress(address);
+    const Expected<std::string> word = server ? accessTo(*server) : std::string();
+    return word ? *word : "";
+}
+
+std::int64_t shownFrameIn(const std::string& output, const std::string& tile) {
+    const auto image = readSharedFrame(output + "/tiles/" + tile + "/shown.frame");
+    return image ? static_cast<std::int64_t>(image->frame) : -1;
+}
+
+LiveWall::LiveWall(const LiveWallOptions& options) {
+    std::vector<std::string> command = serverWords(options, folder_.path());
+    command.insert(command.begin(), program("tessera-server"));
     server_ = std::make_unique<Process>(folder_.path(), "server", command);
     address_ = server_->waitForText("listening on ", 20s).value_or("");
 }
@@ -32,17 +53,6 @@ Process& LiveWall::startClient(const std::string& host, std::vector<std::string>
     command.insert(command.end(), more.begin(), more.end());
     clients_[host] = std::make_unique<Process>(folder_.path(), host, command);
     return *clients_[host];
-}
-
-std::string LiveWall::token() const {
-    const Expected<Address> server = parseAddress(address_);
-    const Expected<std::string> word = server ? accessTo(*server) : std::string();
-    return word ? *word : "";
-}
-
-std::int64_t LiveWall::shownFrame(const std::string& tile) const {
-    const auto image = readSharedFrame(output() + "/tiles/" + tile + "/shown.frame");
-    return image ? static_cast<std::int64_t>(image->frame) : -1;
 }
 
 bool LiveWall::waitForFrame(const std::string& tile, std::int64_t frame, std::chrono::milliseconds timeout) const {
@@ -63,8 +73,7 @@ nlohmann::json LiveWall::finish() {
 nlohmann::json LiveWall::waitForEnd(std::chrono::milliseconds timeout) {
     if (!server_->waitForExit(timeout)) return {};
     for (auto& [host, client] : clients_) (void)client->waitForExit(10s);
-    const std::string text = readText(folder_.path() + "/report.json");
-    return text.empty() ? nlohmann::json() : nlohmann::json::parse(text);
+    return reportIn(folder_.path());
 }
 
 std::string LiveWall::logs() const {

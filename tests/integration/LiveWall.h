@@ -30,6 +30,15 @@ struct LiveWallOptions {
     std::vector<std::string> server;  ///< more options of tessera-server
 };
 
+/// The words of tessera-server for such a wall; its report is written into the folder.
+[[nodiscard]] std::vector<std::string> serverWords(const LiveWallOptions& options, const std::string& folder);
+/// Null: there is none.
+[[nodiscard]] nlohmann::json reportIn(const std::string& folder);
+/// That lets programs in, as this user's find it.
+[[nodiscard]] std::string tokenAt(const std::string& address);
+/// Number of the frame that a tile shows, from its shared image in an output folder; -1 before the first.
+[[nodiscard]] std::int64_t shownFrameIn(const std::string& output, const std::string& tile);
+
 class LiveWall {
 public:
     /// Starts the server and waits until it listens. `address` is empty when it did not.
@@ -37,15 +46,13 @@ public:
 
     [[nodiscard]] const std::string& address() const { return address_; }
     [[nodiscard]] Process& server() { return *server_; }
-    /// That lets programs in, as this user's find it.
-    [[nodiscard]] std::string token() const;
+    [[nodiscard]] std::string token() const { return tokenAt(address_); }
     /// A file with it, for those who come in another way.
     [[nodiscard]] std::string tokenFile() const { return folder_.write("token", token() + "\n"); }
     /// Starts (or restarts) a render host.
     Process& startClient(const std::string& host, std::vector<std::string> more = {});
     [[nodiscard]] Process& client(const std::string& host) { return *clients_.at(host); }
-    /// Frame number a host's first tile shows, from its shared image; -1 before the first.
-    [[nodiscard]] std::int64_t shownFrame(const std::string& tile) const;
+    [[nodiscard]] std::int64_t shownFrame(const std::string& tile) const { return shownFrameIn(output(), tile); }
     /// Waits until that tile shows `frame` or a later one.
     [[nodiscard]] bool waitForFrame(const std::string& tile, std::int64_t frame,
                                     std::chrono::milliseconds timeout) const;

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "tests/integration/LiveWall.h"
+#include "tests/integration/ThreadWall.h"
 
 namespace tessera::test {
 namespace {
@@ -100,7 +100,7 @@ TEST(OutsideProgram, MovesTheCraneWhileAnotherFollows) {
 
 /// The rule of common/application/README.md: a hand on a node pauses the motion that drives it.
 TEST(TwoWantOneNode, AProposalPausesTheMotionAndSettingItPlaysOn) {
-    LiveWall wall({.wall = "1x1", .scene = kOutside + "/crane.tsct"});
+    ThreadWall wall({.wall = "1x1", .scene = kOutside + "/crane.tsct"});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     wall.startClient("all");
     ASSERT_TRUE(wall.waitForFrame("front-0-0", 3, 30s)) << wall.logs();

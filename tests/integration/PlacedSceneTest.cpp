@@ -1,12 +1,13 @@
-/// Scenes of the command line stand as a person says: --up, --at, --fit, --point-radius of
-/// tessera-wall.
+/// Scenes of the command line stand as a person says: --up, --at, --fit, --point-radius of tessera-wall and
+/// tessera-server.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 
-#include "tests/integration/LiveWall.h"
+#include "tests/integration/ThreadWall.h"
 
 namespace tessera::test {
 namespace {
@@ -27,6 +28,13 @@ std::string fieldPly() {
         count, points);
 }
 
+/// Options of scenes that cannot be, and what is said of them.
+const std::vector<std::pair<std::vector<std::string>, std::string>> kRefused = {
+    {{"--up", "x"}, "--up"},
+    {{"--fit", "-1"}, "--fit -1: a size of -1: it has to be between"},
+    {{"--at", "0", "nan", "0"}, "--at 0 nan 0: it would stand farther"},
+    {{"--point-radius", "0"}, "--point-radius 0: a radius of points of 0"}};
+
 struct Placed : testing::Test {
     const TemporaryFolder folder;
     const std::string field = folder.write("field.ply", fieldPly());
@@ -34,74 +42,51 @@ struct Placed : testing::Test {
 
 TEST_F(Placed, TheLauncherHandsItOnAndTheReplayFindsTheSame) {
     const std::string recording = folder.path() + "/field.tsr";
-    const Outcome wall = run(folder.path(),
-                             {program("tessera-wall"),
-                              "--wall",
-                              "1x1",
-                              "--size",
-                              "96x54",
-                              "--frames",
-                              "3",
-                              "--scene",
-                              field,
-                              "--up",
-                              "z",
-                              "--at",
-                              "-1",
-                              "0",
-                              "0",
-                              "--fit",
-                              "3",
-                              "--point-radius",
-                              "0.5",
-                              "--record",
-                              recording,
-                              "--output",
-                              folder.path() + "/out"},
-                             60s);
-    EXPECT_EQ(wall.exitCode, 0) << wall.output;
-    EXPECT_EQ(wall.output.find("which way is up"), std::string::npos) << "it was said: " << wall.output;
+    const auto wall = [&](std::vector<std::string> options) {
+        std::vector<std::string> command = {
+            program("tessera-wall"), "--wall", "1x1", "--size", "96x54", "--frames", "3", "--scene", field, "--output",
+            folder.path() + "/out"};
+        command.insert(command.end(), options.begin(), options.end());
+        return run(folder.path(), command, 60s);
+    };
+    const Outcome shown =
+        wall({"--up", "z", "--at", "-1", "0", "0", "--fit", "3", "--point-radius", "0.5", "--record", recording});
+    EXPECT_EQ(shown.exitCode, 0) << shown.output;
+    EXPECT_EQ(shown.output.find("which way is up"), std::string::npos) << "it was said: " << shown.output;
     const Outcome replay = run(folder.path(), {program("tessera-replay"), recording}, 60s);
     EXPECT_EQ(replay.exitCode, 0) << replay.output;
+    for (const auto& [options, says] : kRefused) {
+        const Outcome refused = wall(options);
+        EXPECT_EQ(refused.exitCode, 2) << refused.output;
+        EXPECT_NE(refused.output.find(says), std::string::npos) << refused.output;
+    }
 }
 
 TEST_F(Placed, WhatCannotBeIsRefusedInWords) {
-    const auto refused = [&](const std::string& name, std::vector<std::string> options, const std::string& says) {
-        std::vector<std::string> command = {program(name), "--wall", "1x1", "--scene", field, "--frames", "1"};
-        command.insert(command.end(), options.begin(), options.end());
-        if (name == "tessera-wall") command.insert(command.end(), {"--output", folder.path() + "/out"});
-        const Outcome outcome = run(folder.path(), command, 60s);
-        EXPECT_EQ(outcome.exitCode, 2) << outcome.output;
-        EXPECT_NE(outcome.output.find(says), std::string::npos) << outcome.output;
-    };
-    for (const char* name : {"tessera-server", "tessera-wall"}) {
-        refused(name, {"--up", "x"}, "--up");
-        refused(name, {"--fit", "-1"}, "--fit -1: a size of -1: it has to be between");
-        refused(name, {"--at", "0", "nan", "0"}, "--at 0 nan 0: it would stand farther");
-        refused(name, {"--point-radius", "0"}, "--point-radius 0: a radius of points of 0");
+    for (const auto& [options, says] : kRefused) {
+        const Refused refused = refusedWords(options);
+        EXPECT_EQ(refused.exitCode, 2);
+        EXPECT_NE(refused.words.find(says), std::string::npos) << refused.words;
     }
 }
 
 TEST_F(Placed, AJournalGoesOnWithTheSameWordsAlone) {
     const std::string journal = folder.path() + "/journal";
     const auto frames = [&](std::vector<std::string> options) {
-        std::vector<std::string> command = {program("tessera-wall"),
-                                            "--wall",
-                                            "1x1",
-                                            "--size",
-                                            "96x54",
-                                            "--frames",
-                                            "2",
-                                            "--scene",
-                                            field,
-                                            "--journal",
-                                            journal,
-                                            "--output",
-                                            folder.path() + "/out"};
+        const TemporaryFolder words;
+        std::vector<std::string> command = {"--wall", "1x1",     "--size", "96x54",     "--frames",
+                                            "2",      "--scene", field,    "--journal", journal};
         command.insert(command.end(), options.begin(), options.end());
-        return run(folder.path(), command, 60s);
+        ThreadServer server(words.path(), command);
+        std::optional<ThreadHost> host;
+        if (const auto address = server.waitForText("listening on ", 20s))
+            host.emplace(words.path(),
+                         ThreadHost::Options{.server = *parseAddress(*address), .name = "all", .surface = "none"});
+        const std::optional<int> exit = server.waitForExit(60s);
+        return Outcome{exit.value_or(-1), server.output()};
     };
-    EXPECT_EQ(frames({"--up", "z", "--fit", "3"}).exitCode, 0);
+    const Outcome first = frames({"--up", "z", "--fit", "3"});
+    EXPECT_EQ(first.exitCode, 0) << first.output;
     const Outcome again = frames({"--up", "z", "--fit", "3"});
     EXPECT_EQ(again.exitCode, 0) << again.output;
     EXPECT_NE(again.output.find("goes on with frame"), std::string::npos) << again.output;

@@ -57,10 +57,7 @@ std::optional<std::string> Process::waitForText(const std::string& text, std::ch
     (void)eventually(
         [&] {
             const bool ended = !running();
-            const std::string all = output();
-            const std::size_t at = all.find(text);
-            const std::size_t end = at == std::string::npos ? at : all.find('\n', at);
-            if (end != std::string::npos) rest = all.substr(at + text.size(), end - at - text.size());
+            rest = restOfLine(output(), text);
             return ended || rest;
         },
         timeout);
@@ -75,8 +72,8 @@ void Process::signal(int number) const {
     if (pid_ > 0 && !exit_) kill(pid_, number);
 }
 
-std::size_t Process::residentBytes() const {
-    const std::string process = "/proc/" + std::to_string(pid_);
+std::size_t residentBytesOf(pid_t pid) {
+    const std::string process = "/proc/" + std::to_string(pid);
     std::ifstream statm(process + "/statm");
     std::size_t total = 0, resident = 0, shared = 0;
     statm >> total >> resident >> shared;
@@ -127,6 +124,13 @@ std::string readText(const std::string& path) {
     std::ostringstream text;
     text << std::ifstream(path, std::ios::binary).rdbuf();
     return text.str();
+}
+
+std::optional<std::string> restOfLine(const std::string& all, const std::string& text) {
+    const std::size_t at = all.find(text);
+    const std::size_t end = at == std::string::npos ? at : all.find('\n', at);
+    if (end == std::string::npos) return std::nullopt;
+    return all.substr(at + text.size(), end - at - text.size());
 }
 
 }  // namespace tessera::test

@@ -30,14 +30,15 @@ public:
     [[nodiscard]] std::optional<int> waitForExit(std::chrono::milliseconds timeout);
     void signal(int number) const;
     [[nodiscard]] bool running();
-    /// Of its memory, as the kernel counts it. Zero when it has ended.
-    [[nodiscard]] std::size_t residentBytes() const;
 
 private:
     std::string name_, file_;
     pid_t pid_ = -1;
     std::optional<int> exit_;
 };
+
+/// Of the memory of a process, as the kernel counts it. Zero when it has ended.
+[[nodiscard]] std::size_t residentBytesOf(pid_t pid);
 
 /// Runs to the end; the exit code is -1 when it did not end in time.
 struct Outcome {
@@ -67,5 +68,7 @@ private:
     return std::string(TESSERA_BIN_DIR) + "/" + name;
 }
 [[nodiscard]] std::string readText(const std::string& path);
+/// What stands behind `text` in its line; nothing where there is no such line, or it has no end yet.
+[[nodiscard]] std::optional<std::string> restOfLine(const std::string& all, const std::string& text);
 
 }  // namespace tessera::test

@@ -41,7 +41,7 @@ protected:
     /// Within 5 s of the last answer.
     [[nodiscard]] std::size_t leftBytes() {
         std::size_t left = 0;
-        (void)eventually([&] { return (left = wall_.server().residentBytes()) <= kMost; }, 5s);
+        (void)eventually([&] { return (left = residentBytesOf(wall_.server().pid())) <= kMost; }, 5s);
         return left;
     }
     static constexpr std::size_t kMost = 300'000'000;

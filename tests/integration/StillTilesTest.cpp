@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "tests/integration/LiveWall.h"
+#include "tests/integration/ThreadWall.h"
 
 namespace tessera::test {
 namespace {
@@ -29,10 +29,10 @@ node {
 TEST(StillTiles, DrawNothingWhereNeitherAThingNorItsShadowIsSeen) {
     constexpr std::uint64_t kFrames = 90;
     const TemporaryFolder folder;
-    LiveWall wall({.scene = folder.write("drive.tsct", kScene),
-                   .size = "320x200",
-                   .server = {"--plain", "--frames", std::to_string(kFrames)}});
-    for (const std::string& host : kFourHosts) wall.startClient(host, {"--share", "off"});
+    ThreadWall wall({.scene = folder.write("drive.tsct", kScene),
+                     .size = "320x200",
+                     .server = {"--plain", "--frames", std::to_string(kFrames)}});
+    for (const std::string& host : kFourHosts) wall.startClient(host);
     const nlohmann::json report = wall.waitForEnd(120s);
     ASSERT_EQ(report["frames"], kFrames) << wall.logs();
     std::map<std::string, std::uint64_t> still;

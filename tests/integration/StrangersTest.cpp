@@ -2,7 +2,6 @@
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
-#include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -19,8 +18,8 @@
 #include "common/net/FrameHeader.h"
 #include "common/net/TcpTransport.h"
 #include "common/scene/FieldTable.h"
-#include "tests/integration/LiveWall.h"
 #include "tests/integration/MessageBytes.h"
+#include "tests/integration/ThreadWall.h"
 
 namespace tessera::test {
 namespace {
@@ -79,7 +78,7 @@ class Strangers : public testing::Test {
 protected:
     /// They all come to the same wall.
     static void SetUpTestSuite() {
-        started_ = std::make_unique<LiveWall>(LiveWallOptions{});
+        started_ = std::make_unique<ThreadWall>(LiveWallOptions{});
         ASSERT_FALSE(started_->address().empty()) << started_->server().output();
         for (const std::string& host : kFourHosts) started_->startClient(host);
         ASSERT_TRUE(started_->waitForFrame("front-0-0", 3, 30s)) << started_->logs();
@@ -94,10 +93,10 @@ protected:
         const std::int64_t now = wall_.shownFrame("front-0-0");
         EXPECT_TRUE(wall_.waitForFrame("front-0-0", now + 10, 10s)) << wall_.logs();
     }
-    LiveWall& wall_ = *started_;
+    ThreadWall& wall_ = *started_;
 
 private:
-    static inline std::unique_ptr<LiveWall> started_;
+    static inline std::unique_ptr<ThreadWall> started_;
 };
 
 TEST_F(Strangers, GarbageIsHungUpOn) {
@@ -165,14 +164,14 @@ TEST_F(Strangers, AnApplicationThatAsksWithoutEndAndNeverListensHoldsUpNobody) {
         const Bytes one = messageBytes(epoch, message::Request{i, share(encodeRequest(request::GetStatus{}))});
         many.insert(many.end(), one.begin(), one.end());
     }
-    const std::size_t before = wall_.server().residentBytes();
+    const std::size_t before = residentBytesOf(::getpid());
     const std::int64_t first = wall_.shownFrame("front-0-0");
     std::atomic<bool> enough = false;
     std::thread flood([&] {
         for (std::size_t at = 0; !enough; at %= many.size()) at += knock.saySome(ByteSpan(many).subspan(at));
     });
     EXPECT_TRUE(wall_.waitForFrame("front-0-0", first + 100, 30s)) << wall_.logs();
-    EXPECT_LT(wall_.server().residentBytes(), before + (std::size_t{32} << 20));
+    EXPECT_LT(residentBytesOf(::getpid()), before + (std::size_t{32} << 20));
     EXPECT_EQ(wall_.ctl({"status"}).exitCode, 0);
     enough = true;
     flood.join();
@@ -204,15 +203,15 @@ std::optional<message::Refused> refusalOf(const std::string& address, const mess
 }
 
 TEST(Farewell, AnApplicationThatDoesNotListenKeepsNobodyWaiting) {
-    LiveWall wall({});
-    for (const std::string& host : kFourHosts) wall.startClient(host, {"--surface", "none"});
+    ThreadWall wall({});
+    for (const std::string& host : kFourHosts) wall.startClient(host, {.surface = "none"});
     const Knock deaf(wall.address());
     deaf.say(messageBytes(
         {}, message::Hello{
                 .schema = schemaHash(), .role = PeerRole::kApplication, .name = "deaf", .access = wall.token()}));
     ASSERT_TRUE(deaf.hearEpoch());
     ASSERT_TRUE(wall.server().waitForText("enters at frame", 30s)) << wall.logs();
-    wall.server().signal(SIGTERM);
+    wall.server().stop();
     EXPECT_EQ(wall.server().waitForExit(5s), 0) << "a second for it to read, one for what is queued: " << wall.logs();
 }
 
@@ -225,7 +224,7 @@ TEST_F(Strangers, AnotherProtocolVersionIsToldBothNumbers) {
 }
 
 TEST_F(Strangers, AnUnknownHostNameIsToldTheWallsNamesAndExits) {
-    Process& stranger = wall_.startClient("middle");
+    ThreadHost& stranger = wall_.startClient("middle");
     EXPECT_EQ(stranger.waitForExit(20s), 3) << stranger.output();
     for (const std::string& host : kFourHosts)
         EXPECT_NE(stranger.output().find(host), std::string::npos) << stranger.output();

@@ -5,7 +5,7 @@
 #include "common/application/Application.h"
 #include "common/cores/ApplicationData.h"
 #include "common/cores/Node.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/integration/ThreadWall.h"
 
 namespace tessera::test {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 
 TEST(UploadWall, AnArrayOfThreeHundredMiBIsCommittedAndFramesGoOn) {
-    LiveWall wall({.wall = "1x1"});
+    ThreadWall wall({.wall = "1x1"});
     ASSERT_FALSE(wall.address().empty()) << wall.server().output();
     wall.startClient("all");
     const auto application =

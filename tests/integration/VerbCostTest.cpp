@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "tests/integration/CountingProxy.h"
-#include "tests/integration/LiveWall.h"
+#include "tests/integration/ThreadWall.h"
 
 namespace tessera::test {
 namespace {
@@ -31,11 +31,15 @@ std::string largeScene() {
 
 TEST(VerbCost, EachVerbIsSentItsAnswerAndNotTheScene) {
     const TemporaryFolder folder;
-    LiveWall wall({.wall = "1x1", .scene = folder.write("rows.tsct", largeScene())});
+    ThreadWall wall({.wall = "1x1", .scene = folder.write("rows.tsct", largeScene())});
     ASSERT_FALSE(wall.address().empty()) << wall.logs();
     wall.startClient("all");
     ASSERT_TRUE(wall.waitForFrame("front-0-0", 3, 120s)) << wall.logs();
     CountingProxy proxy(wall.address());
+    const auto ask = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), {"--server", proxy.address(), "--token-file", wall.tokenFile(), "--timeout", "60"});
+        return ctlHere(words);
+    };
     struct Case {
         std::vector<std::string> words;
         std::uint64_t mostBytes;
@@ -57,18 +61,12 @@ TEST(VerbCost, EachVerbIsSentItsAnswerAndNotTheScene) {
              {{"snapshot", folder.path() + "/wall.png"}, 262'144},
          }) {
         (void)proxy.taken();
-        std::vector<std::string> command = {
-            program("tessera-ctl"), "--server", proxy.address(), "--token-file", wall.tokenFile(), "--timeout", "60"};
-        command.insert(command.end(), c.words.begin(), c.words.end());
-        const Outcome outcome = run(folder.path(), command, 90s);
+        const Outcome outcome = ask(c.words);
         EXPECT_EQ(outcome.exitCode, 0) << c.words[0] << ": " << outcome.output;
         EXPECT_LT(proxy.taken(), c.mostBytes) << c.words[0];
     }
     // All of it is told where all of it is asked for, in pages.
-    const Outcome tree = run(folder.path(),
-                             {program("tessera-ctl"), "--server", proxy.address(), "--token-file", wall.tokenFile(),
-                              "--timeout", "60", "tree"},
-                             90s);
+    const Outcome tree = ask({"tree"});
     EXPECT_EQ(tree.exitCode, 0) << tree.output.substr(0, 1000);
     EXPECT_EQ(std::count(tree.output.begin(), tree.output.end(), '\n'), 1 + kRows + kRows * kInRow - 1);
     EXPECT_GT(proxy.taken(), 1'000'000u) << "the scene does pass through where somebody wants it";

@@ -159,10 +159,10 @@ TEST(ProgramWall, WhoStandsInTheThingReadsItToo) {
 }
 
 /// Nothing but arithmetic: none of it at 0 and 1, at 2 many times what hosts wait for a tile. It is harmless in the
-/// trial, far from whose limit it stays on a busy machine, too.
+/// trial, far from whose limit it stays on a busy machine, too. A round is dear, because loops end after 1024 of them.
 std::string dearShop() {
     std::string body;
-    for (int i = 0; i < 4; ++i)
+    for (int i = 0; i < 24; ++i)
         body += "    \"n = fract(sin(n * 12.9 + " + std::to_string(i) +
                 ".5) * 43758.5 + pow(abs(cos(n)), 1.7) + exp(-n) + log(2.0 + n * n) + atan(n, 2.0));\\n\"\n";
     return R"(
@@ -170,7 +170,7 @@ node { name: "sun" transform { rotation { axis { x: 1 } angle_deg: -40 } } direc
 material { name: "paint" base_color { r: 0.1 g: 0.6 b: 0.2 }
   program { surface: "uniform float rounds;\n"
     "void surface(inout Surface s) { float n = uv.x;\n"
-    "for (int i = 0; i < 25000 && float(i) < (rounds - 1.0) * 25000.0; ++i) {\n"
+    "for (int i = 0; i < 1024 && float(i) < (rounds - 1.0) * 1024.0; ++i) {\n"
 )" + body + R"(    "} s.base.rgb = vec3(0.7 + 1e-4 * n, 0.1, 0.1); }" }
   uniform { name: "rounds" value: [1] } }
 node { name: "car" transform {} node { name: "body" material: "paint" box { size { x: 3 y: 1.6 z: 0.6 } } } }
