@@ -49,9 +49,11 @@ option(TESSERA_SYNTAX_ONLY "Look at each file, and make nothing of it" OFF)
 if(TESSERA_SYNTAX_ONLY)
   target_compile_options(tessera_flags INTERFACE -fsyntax-only)
   set(CMAKE_CXX_COMPILER_LAUNCHER)
-  # Objects of one module wait for the libraries of others, and there is nothing to make these from.
+  # Objects of one module wait for the libraries and programs of others, and there is nothing to make these from.
   set(CMAKE_CXX_ARCHIVE_CREATE "<CMAKE_COMMAND> -E touch <TARGET>")
   set(CMAKE_CXX_ARCHIVE_FINISH "<CMAKE_COMMAND> -E true")
+  set(CMAKE_CXX_LINK_EXECUTABLE "<CMAKE_COMMAND> -E touch <TARGET>")
+  set(CMAKE_CXX_CREATE_SHARED_MODULE "<CMAKE_COMMAND> -E touch <TARGET>")
 endif()
 
 # Files of one module or test are compiled together, so that what headers bring is worked out once for all of them. With
