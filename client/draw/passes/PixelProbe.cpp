@@ -2,6 +2,11 @@
 ///
 /// Everything in it is written down as numbers: a mesh made with sine and cosine would compare the machines' C
 /// libraries. Every kind of program is used once, so that it is compiled before the first frame.
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+
 #include "client/draw/passes/Renderer.h"
 #include "common/cores/Geometry.h"
 #include "common/cores/Image.h"
